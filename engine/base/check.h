@@ -1,0 +1,32 @@
+// CHECK: an invariant that only a programming error can break. Always on and cold; DCHECK only in debug builds.
+#pragma once
+
+#include <string>
+
+namespace lambent {
+
+/// Prints the expression, place, message and the thread's render context (scene, pixel, sample), then aborts.
+[[noreturn]] void check_failed(const char* expression, const char* file, int line, const std::string& message = {});
+
+/// What the current thread is rendering; printed by a failing check so that the sample can be replayed.
+struct RenderContext {
+  const char* scene = nullptr;
+  int pixel_x = -1, pixel_y = -1;
+  long sample = -1;
+};
+/// The calling thread's context.
+RenderContext& render_context();
+
+}  // namespace lambent
+
+#define CHECK(expression, ...)                                                             \
+  do {                                                                                     \
+    if (!(expression)) [[unlikely]]                                                        \
+      ::lambent::check_failed(#expression, __FILE__, __LINE__ __VA_OPT__(, ) __VA_ARGS__); \
+  } while (false)
+
+#ifdef NDEBUG
+#define DCHECK(expression, ...) static_cast<void>(0)
+#else
+#define DCHECK(expression, ...) CHECK(expression __VA_OPT__(, ) __VA_ARGS__)
+#endif

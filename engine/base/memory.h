@@ -1,0 +1,16 @@
+// Process memory and processor checks.
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+namespace lambent {
+
+/// Resident set size of this process in bytes; 0 if unknown.
+size_t resident_bytes();
+/// Largest resident set size so far in bytes; 0 if unknown.
+size_t peak_resident_bytes();
+/// Empty if this processor has the instructions that the program was built for; otherwise what to tell the user.
+std::string missing_instructions();
+
+}  // namespace lambent

@@ -1,0 +1,232 @@
+// What the user asked for, as plain values. Names, defaults, units and meanings are those of
+// server/protocol/PROTOCOL.md, section "Edits"; this header is its C++ mirror.
+#pragma once
+
+#include <array>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "engine/base/transform.h"
+#include "engine/base/vec.h"
+#include "engine/description/array.h"
+
+namespace lambent::description {
+
+// --- Shader graphs ------------------------------------------------------------------------------------------------
+
+/// Socket `socket` of node `node` (an index into Graph::nodes).
+struct Link {
+  int node = -1;
+  std::string socket;
+  friend bool operator==(const Link&, const Link&) = default;
+};
+/// 2 to 4 numbers.
+using Numbers = std::vector<float>;
+using SocketValue = std::variant<float, bool, std::string, Numbers, Link>;
+
+struct Node {
+  std::string name;
+  std::string type;  ///< Blender's bl_idname without "ShaderNode"
+  std::map<std::string, SocketValue> inputs;
+  std::map<std::string, SocketValue> properties;  ///< never Link
+  std::vector<std::array<float, 5>> ramp;         ///< ColorRamp: position, r, g, b, a
+  std::vector<std::vector<float>> curves;         ///< curve nodes: interleaved x, y
+};
+
+/// Invariant after validation: every Link names an existing node; links form no cycle is NOT guaranteed (the compiler
+/// reports it).
+struct Graph {
+  std::vector<Node> nodes;
+  std::optional<Link> surface, displacement, volume;
+};
+
+// --- Datablocks ---------------------------------------------------------------------------------------------------
+
+enum class Domain : uint8_t { vertex, corner, face };
+enum class AttributeRole : uint8_t { generic, uv, color };
+
+struct Attribute {
+  std::string name;
+  Domain domain = Domain::corner;
+  AttributeRole role = AttributeRole::generic;
+  ArrayPointer values;  ///< f32[N][1..4]
+};
+
+/// Triangles with shared vertices and separate corners. Counts are validated when the scene is built.
+struct Mesh {
+  std::string name;
+  ArrayPointer positions;           ///< f32[V][3], object space, metres
+  ArrayPointer triangles;           ///< u32[T][3], vertex indices
+  ArrayPointer triangle_corners;    ///< u32[T][3] or null: 3t+k
+  ArrayPointer triangle_faces;      ///< u32[T] or null: t
+  ArrayPointer triangle_materials;  ///< u16[T] or null: 0
+  ArrayPointer normals;             ///< f32[N][3] or null: flat
+  Domain normals_domain = Domain::corner;
+  std::vector<Attribute> attributes;
+  std::string active_uv, active_color;
+  Vec3 texture_space_location{0.0f}, texture_space_size{1.0f};
+};
+
+enum class AlphaMode : uint8_t { straight, premultiplied, channel_packed, none };
+
+struct Image {
+  std::string name;
+  std::string path;        ///< absolute; or
+  ArrayPointer encoded;    ///< u8[n], a whole file; or
+  std::string extension;   ///< of `encoded`, with the dot
+  ArrayPointer pixels;     ///< f32[h][w][1..4], row 0 at the bottom
+  std::string colorspace;  ///< empty: decided by the file
+  AlphaMode alpha = AlphaMode::straight;
+};
+
+struct Material {
+  std::string name;
+  Graph graph;
+  int pass_index = 0;
+};
+
+/// Which kinds of ray see an object.
+struct Visibility {
+  bool camera = true, diffuse = true, glossy = true, transmission = true, shadow = true, volume_scatter = true;
+  friend bool operator==(const Visibility&, const Visibility&) = default;
+};
+
+struct World {
+  std::string name;
+  Graph graph;
+  Visibility visibility;
+  int importance_resolution = 0;  ///< height of the importance map in texels; 0 automatic
+};
+
+enum class LightType : uint8_t { point, spot, sun, area };
+enum class AreaShape : uint8_t { square, rectangle, disk, ellipse };
+
+struct Light {
+  std::string name;
+  LightType type = LightType::point;
+  Color color{1.0f};
+  float energy = 10.0f;  ///< Blender's: W; sun: W/m²
+  float exposure = 0.0f;
+  bool normalize = true;
+  float radius_m = 0.0f;                               ///< point, spot
+  float angle_rad = 0.0f;                              ///< sun: whole angle
+  float spot_size_rad = k_pi / 4, spot_blend = 0.15f;  ///< whole cone angle
+  AreaShape shape = AreaShape::square;
+  Vec2 size_m{1.0f, 1.0f};
+  float spread_rad = k_pi;
+  bool shadows = true;
+  bool multiple_importance = true;
+  int max_bounces = 1024;
+  std::string light_group;
+  std::optional<Graph> graph;
+};
+
+/// N instances of one mesh or light.
+struct Object {
+  std::string name;
+  std::string mesh, light;                            ///< id of one of them; the other empty
+  ArrayPointer transforms;                            ///< f32[N][3][4] world_from_object
+  std::vector<std::optional<std::string>> materials;  ///< id by slot
+  Visibility visibility;
+  ArrayPointer random_ids;  ///< u32[N] or null
+  int pass_index = 0;
+  std::array<float, 4> color{1, 1, 1, 1};
+  std::string light_group;
+};
+
+enum class CameraType : uint8_t { perspective, orthographic };
+enum class SensorFit : uint8_t { automatic, horizontal, vertical };
+
+struct DepthOfField {
+  float focus_distance_m = 10.0f;
+  float fstop = 2.8f;
+  int blades = 0;  ///< fewer than 3: round
+  float rotation_rad = 0.0f;
+  float ratio = 1.0f;  ///< anamorphic: width over height of the bokeh is 1/ratio (Blender's aperture_ratio)
+};
+
+struct Camera {
+  std::string name;
+  CameraType type = CameraType::perspective;
+  Transform transform;  ///< world_from_camera: looks along -Z, Y up
+  float focal_length_mm = 50.0f, sensor_width_mm = 36.0f, sensor_height_mm = 24.0f;
+  SensorFit sensor_fit = SensorFit::automatic;
+  float ortho_scale = 6.0f;
+  Vec2 shift{0.0f, 0.0f};
+  float clip_near_m = 0.1f, clip_far_m = 1000.0f;
+  std::optional<DepthOfField> depth_of_field;
+};
+
+enum class PixelFilter : uint8_t { box, gaussian, blackman_harris };
+
+struct Settings {
+  int width = 1920, height = 1080;
+  std::optional<std::array<int, 4>> region;  ///< x0, y0, x1, y1: px, exclusive end, row 0 at the bottom
+  Vec2 pixel_aspect{1.0f, 1.0f};
+  std::string camera, world;  ///< ids
+  std::string integrator = "PT";
+  int64_t samples = 128;  ///< 0 unlimited
+  double time_limit_s = 0.0;
+  float noise_threshold = 0.0f;
+  uint32_t seed = 0;
+  int max_bounces = 12, diffuse_bounces = 4, glossy_bounces = 4, transmission_bounces = 12, transparent_bounces = 8,
+      volume_bounces = 0;
+  PixelFilter pixel_filter = PixelFilter::blackman_harris;
+  float filter_width_px = 1.5f;
+  bool film_transparent = false;
+  float exposure = 1.0f;
+  float clamp_direct = 0.0f, clamp_indirect = 0.0f;
+  bool caustics_reflective = true, caustics_refractive = true;
+  int tile_size_px = 64;
+  std::vector<std::string> passes{"combined"};
+  int threads = 0;
+  std::string ocio_config;
+  int frame = 1;
+  std::map<std::string, std::string> metadata;
+};
+
+// --- The whole, and edits to it -------------------------------------------------------------------------------------
+
+template <typename T>
+using Table = std::map<std::string, std::shared_ptr<const T>>;
+
+/// Everything, by id. Values are immutable and shared: an unchanged datablock keeps its pointer, which is how the scene
+/// builder knows what changed.
+struct SceneDescription {
+  Table<Mesh> meshes;
+  Table<Image> images;
+  Table<Material> materials;
+  Table<Light> lights;
+  Table<Object> objects;
+  Table<Camera> cameras;
+  Table<World> worlds;
+  std::shared_ptr<const Settings> settings = std::make_shared<Settings>();
+};
+
+using Value = std::variant<Mesh, Image, Material, Light, Object, Camera, World, Settings>;
+enum class Kind : uint8_t { mesh, image, material, light, object, camera, world, settings };
+
+struct Upsert {
+  std::string id;
+  Value value;
+};
+struct Remove {
+  Kind kind;
+  std::string id;
+};
+struct Clear {};
+using Edit = std::variant<Upsert, Remove, Clear>;
+
+struct Transaction {
+  int64_t epoch = 0;
+  std::vector<Edit> edits;
+};
+
+/// Applies the edits in order. Removing an id that does not exist does nothing.
+void apply(Transaction transaction, SceneDescription& scene);
+
+}  // namespace lambent::description

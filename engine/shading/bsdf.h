@@ -1,0 +1,60 @@
+// The scattering functions of one surface point: a small set of weighted lobes, with densities in both directions.
+//
+// Convention (all lobes): directions are unit and point away from the surface. `wi` is where the walk came from, `wo`
+// where it goes. With Transport::radiance the walk started at the camera (light flows from wo to wi); with
+// Transport::importance it started at a light (light flows from wi to wo). f includes the adjoint corrections for that
+// direction: the eta² of refraction (Veach 1997, ch. 5.2) and, for importance, the shading-normal factor |wi·ns||wo·ng|
+// / (|wi·ng||wo·ns|) (Veach 1997, eq. 5.19). `cos` below is |wo·ns|.
+#pragma once
+
+#include <cstdint>
+
+#include "engine/base/frame.h"
+#include "engine/base/vec.h"
+
+namespace lambent {
+
+enum class Transport : uint8_t { radiance, importance };
+
+/// What happened at a scattering event; bits combine (glossy | transmission).
+enum ScatterEvent : uint8_t {
+  k_scatter_none = 0,
+  k_scatter_diffuse = 1,
+  k_scatter_glossy = 2,
+  k_scatter_transmission = 4,
+  k_scatter_delta = 8,         ///< probability, not density
+  k_scatter_transparent = 16,  ///< goes straight on: not counted as a bounce
+};
+
+/// Value of all non-delta lobes for a pair of directions.
+struct BsdfEval {
+  Color f_cos{0.0f};                     ///< f(wi, wo) · |wo·ns|, all lobes
+  Color diffuse_f_cos{0.0f};             ///< the part of f_cos from diffuse lobes (light passes)
+  Color transmission_f_cos{0.0f};        ///< the part from transmitting lobes other than diffuse
+  float pdf_solid_angle = 0.0f;          ///< of sampling wo given wi
+  float pdf_reverse_solid_angle = 0.0f;  ///< of sampling wi given wo, the walk reversed
+};
+
+struct BsdfSample {
+  Vec3 wo_world{0.0f};
+  Color weight{0.0f};                    ///< f·cos/pdf, all lobes that share wo; for delta lobes f·cos/prob
+  float pdf_solid_angle = 0.0f;          ///< for delta lobes the discrete probability
+  float pdf_reverse_solid_angle = 0.0f;  ///< likewise, reversed
+  uint8_t event = k_scatter_none;        ///< of the sampled lobe; k_scatter_none: absorbed, path ends
+  float eta = 1.0f;                      ///< transmitted over incident index if transmitted, else 1
+  float roughness = 1.0f;                ///< of the sampled lobe (alpha), for footprints
+};
+
+inline constexpr int k_max_lobes = 12;
+
+/// The lobes of one shading point: on the stack, filled by Program::evaluate, no virtual calls, no allocation.
+/// The kinds of lobe and their parameters live in lobe.h; Bsdf dispatches with a switch.
+class Bsdf;  // defined in bsdf_set.h; interface:
+//   BsdfEval eval(const Vec3& wi_world, const Vec3& wo_world, Transport) const;          // all non-delta lobes
+//   BsdfSample sample(const Vec3& wi_world, float u_lobe, const Vec2& u, Transport) const; // picks a lobe by
+//   contribution bool has_non_delta() const;             // next-event estimation is worth a ray Color transparency()
+//   const;             // weight of going straight on, unscattered (transparent closures) Color emission() const; //
+//   radiance towards wi Color albedo(const Vec3& wi_world) const; // estimate, for roulette and passes
+// Transparent closures are lobes too: sampled with event k_scatter_transparent | k_scatter_delta.
+
+}  // namespace lambent

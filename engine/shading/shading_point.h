@@ -1,0 +1,74 @@
+// What a shader program may ask about the point being shaded.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "engine/base/transform.h"
+#include "engine/base/vec.h"
+
+namespace lambent {
+
+/// What kind of ray arrived (Blender's Light Path node, ray visibility and per-type bounce limits). Bits combine: a ray
+/// that a glossy transmission made is `transmission | glossy`.
+enum RayKind : uint32_t {
+  k_ray_camera = 1u << 0,
+  k_ray_diffuse = 1u << 1,
+  k_ray_glossy = 1u << 2,
+  k_ray_transmission = 1u << 3,
+  k_ray_shadow = 1u << 4,
+  k_ray_volume_scatter = 1u << 5,
+  k_ray_singular = 1u << 6,  ///< made by a delta lobe; never part of visibility masks
+};
+
+/// Mesh data that a program reads besides position and normal.
+struct AttributeRequest {
+  enum class Kind : uint8_t {
+    named,      ///< attribute `name`, any role
+    uv,         ///< UV set `name`; empty: the active one
+    color,      ///< colour attribute `name`; empty: the active one
+    tangent,    ///< unit tangent of UV set `name` in world space; w: sign of the bitangent
+    generated,  ///< texture-space coordinates in [0, 1]
+  };
+  Kind kind = Kind::named;
+  std::string name;
+  friend bool operator==(const AttributeRequest&, const AttributeRequest&) = default;
+};
+
+/// Interpolated attribute. Missing components are 0 (w: 1); a missing attribute is all 0.
+struct AttributeValue {
+  Vec4 value{0, 0, 0, 1};
+  Vec4 ddx{0, 0, 0, 0},
+      ddy{0, 0, 0, 0};  ///< change over one pixel footprint; filled if the program asks for differentials
+};
+
+inline constexpr int k_max_attributes = 8;
+
+/// All in world space. For surfaces; for the world and distant lights, `wi` alone is meaningful (p = -wi direction
+/// lookups). Invariant: ng and ns are unit and on wi's side (dot(ng, wi) >= 0); `backfacing` tells that they were
+/// flipped.
+struct ShadingPoint {
+  Vec3 p_world{0.0f};
+  Vec3 ng_world{0, 0, 1};  ///< geometric normal
+  Vec3 ns_world{0, 0, 1};  ///< interpolated normal
+  Vec3 wi_world{0, 0, 1};  ///< unit, towards where the walk came from (for the world: minus the ray direction)
+  Vec3 dpdu_world{1, 0, 0}, dpdv_world{0, 1, 0};  ///< edges-based tangents of the barycentric parameterisation
+  Vec3 dpdx_world{0.0f}, dpdy_world{0.0f};        ///< footprint of one pixel on the surface (ray cone); zero if unknown
+  Vec2 barycentric{0, 0};
+  bool backfacing = false;
+  uint32_t ray_kind = k_ray_camera;
+  int ray_depth = 0, diffuse_depth = 0, glossy_depth = 0, transmission_depth = 0, transparent_depth = 0;
+  float ray_length = 0.0f;
+  float time = 0.0f;
+  uint32_t random_id = 0;  ///< of the instance
+  uint32_t object_index = 0, material_pass_index = 0, object_pass_index = 0;
+  const Transform* world_from_object =
+      nullptr;  ///< with the scene's origin shift removed: true world space; may be null
+  const Transform* object_from_world = nullptr;
+  Vec3 origin_shift{0.0f};                                  ///< add to p_world to get the user's world position
+  std::array<AttributeValue, k_max_attributes> attributes;  ///< in the order of Program::attribute_requests()
+};
+
+}  // namespace lambent

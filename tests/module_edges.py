@@ -5,8 +5,8 @@
     tests/module_edges.py --self-test proves on made-up trees that each rule can fail
 
 Exit code 0: no forbidden edge; 1: at least one, each printed. C++ includes are written from the root
-(`#include "engine/geometry/mesh.h"`); the add-on imports itself relatively. The table below is the contract of
-ARCHITECTURE.md, "Allowed dependencies".
+(`#include "engine/geometry/mesh.h"`); the add-on imports itself relatively. The table of edges is the one that the build
+itself goes by, packaging/cmake/lambent_module.cmake; it is the contract of ARCHITECTURE.md, "Allowed dependencies".
 """
 
 import ast
@@ -15,45 +15,7 @@ import re
 import sys
 import tempfile
 
-# left is used by right, in reading order of the architecture; the check takes the transitive closure.
-k_used_by = """
-base         -> sampling description protocol transport
-sampling     -> assets geometry shading media lights camera film
-assets       -> geometry shading media
-geometry     -> lights
-shading      -> lights
-media        -> lights
-description  -> scene
-geometry     -> scene
-shading      -> scene
-media        -> scene
-lights       -> scene
-camera       -> scene
-scene        -> path
-path         -> integrators
-film         -> integrators
-integrators  -> session
-session      -> daemon cli
-description  -> protocol
-protocol     -> daemon
-transport    -> daemon
-"""
-
-# Edges of the table's closure that the architecture takes back in words, and edges that it adds beside the table.
-# `description` is what the user asked for: those who build from it, carry it or edit it may read it, and nobody else.
-k_readers_of_description = {"scene", "protocol", "session", "cli", "daemon", "replay"}
-k_added = {
-    # A saved scene is a recorded transaction, so the command line decodes it with the wire's own decoder.
-    "cli": {"protocol"},
-    # Records and replays a wire log: the same frames, the same socket.
-    "replay": {"base", "description", "protocol", "transport"},
-}
-k_taken_back = {
-    # path knows no film: integrators join them.
-    ("path", "film"),
-    # The engine is usable without the wire.
-    ("session", "protocol"),
-}
+k_table = pathlib.Path("packaging/cmake/lambent_module.cmake")
 
 k_engine = {
     "base", "sampling", "description", "assets", "geometry", "shading", "media", "lights", "camera", "film", "scene",
@@ -78,29 +40,15 @@ k_add_on_libraries = {
 k_include = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 
 
-def allowed_edges():
-    """Returns {module: set of modules it may include}, itself included."""
-    uses = {module: set() for module in k_engine | k_server}
-    for line in k_used_by.strip().splitlines():
-        left, right = line.split("->")
-        for user in right.split():
-            uses[user].add(left.strip())
-    for module, added in k_added.items():
-        uses[module] |= added
-    changed = True
-    while changed:
-        changed = False
-        for module, used in uses.items():
-            closure = used.union(*(uses[other] for other in used))
-            if closure != used:
-                uses[module] = closure
-                changed = True
-    for module, used in uses.items():
-        if module not in k_readers_of_description:
-            used.discard("description")
-        used -= {other for user, other in k_taken_back if user == module}
-        used.add(module)
-    uses["description"].add("description")
+def allowed_edges(table_text):
+    """Returns {module: set of modules it may include, itself too} from the `set(lambent_uses_...)` lines of the build."""
+    uses = {}
+    for name, value in re.findall(r'^set\(lambent_uses_(\w+) ([^)]*)\)$', table_text, re.MULTILINE):
+        used = set()
+        for word in value.replace('"', "").split():
+            reference = re.fullmatch(r"\$\{lambent_uses_(\w+)\}", word)
+            used |= uses[reference.group(1)] - {reference.group(1)} if reference else {word}
+        uses[name] = used | {name}
     return uses
 
 
@@ -152,9 +100,8 @@ def add_on_violations(text):
                 yield node.lineno, f"the add-on imports itself relatively: as an extension it is not called {name}"
 
 
-def violations(root):
+def violations(root, uses):
     """Yields "file:line: message" for each forbidden edge below `root`, and the number of files looked at at the end."""
-    uses = allowed_edges()
     looked_at = 0
     for area, known in (("engine", k_engine), ("server", k_server)):
         for file in sorted((root / area).rglob("*")):
@@ -175,10 +122,10 @@ def violations(root):
     yield looked_at
 
 
-def check(root):
+def check(root, uses):
     """Prints every forbidden edge below `root`; returns (edges found, files looked at)."""
     found = 0
-    for item in violations(root):
+    for item in violations(root, uses):
         if isinstance(item, int):
             return found, item
         print(item)
@@ -186,8 +133,8 @@ def check(root):
     raise AssertionError("violations() ends with a count")
 
 
-def self_test():
-    """Returns the rules that do not hold what they promise: a list of str, empty when all is well."""
+def self_test(uses):
+    """Returns (what does not hold what it promises: a list of str, empty when all is well; the number of cases)."""
     cases = [
         # path, text, whether it must be refused
         ("engine/base/a.h", '#include "engine/base/b.h"\n#include <vector>\n', False),
@@ -205,7 +152,8 @@ def self_test():
         ("engine/integrators/path_tracer/a.cpp", '#include "engine/description/b.h"\n', True),
         ("engine/session/a.cpp", '#include "engine/description/b.h"\n', False),
         ("engine/session/a.cpp", '#include "server/protocol/b.h"\n', True),
-        ("engine/cli/a.cpp", '#include "server/protocol/b.h"\n', False),
+        ("engine/cli/a.cpp", '#include "server/protocol/b.h"\n', True),
+        ("engine/cli/a.cpp", '#include "engine/session/b.h"\n', False),
         ("server/protocol/a.cpp", '#include "engine/description/b.h"\n', False),
         ("server/protocol/a.cpp", '#include "engine/scene/b.h"\n', True),
         ("server/transport/a.cpp", '#include "engine/description/b.h"\n', True),
@@ -224,7 +172,7 @@ def self_test():
             root = pathlib.Path(folder)
             (root / path).parent.mkdir(parents=True)
             (root / path).write_text(text, encoding="utf-8")
-            found = list(violations(root))
+            found = list(violations(root, uses))
         if found[-1] != 1:
             wrong.append(f"{path} was not looked at")
         elif (len(found) > 1) != refused:
@@ -233,14 +181,20 @@ def self_test():
 
 
 def main(arguments):
+    here = pathlib.Path(__file__).resolve().parent.parent
+    uses = allowed_edges((here / k_table).read_text(encoding="utf-8"))
+    missing = (k_engine | k_server) - set(uses)
+    if missing:
+        print(f"module_edges: {k_table} has no lambent_uses_ line for {', '.join(sorted(missing))}")
+        return 1
     if arguments == ["--self-test"]:
-        wrong, count = self_test()
+        wrong, count = self_test(uses)
         for message in wrong:
             print(f"module_edges self-test: {message}")
         print(f"module_edges: {count - len(wrong)} of {count} self-tests hold")
         return 1 if wrong else 0
-    root = pathlib.Path(arguments[0]).resolve() if arguments else pathlib.Path(__file__).resolve().parent.parent
-    found, looked_at = check(root)
+    root = pathlib.Path(arguments[0]).resolve() if arguments else here
+    found, looked_at = check(root, uses)
     if looked_at == 0:
         print(f"module_edges: no source files below {root}")
         return 1

@@ -14,21 +14,11 @@
 #include "engine/base/report.h"
 #include "engine/base/result.h"
 #include "engine/description/description.h"
+#include "engine/film/rectangle.h"
 
 namespace lambent {
 
 class Engine;
-
-/// Half-open pixel rectangle; row 0 at the bottom of the full frame.
-struct Rectangle {
-  int x = 0, y = 0, width = 0, height = 0;
-  friend bool operator==(const Rectangle&, const Rectangle&) = default;
-};
-
-struct Channel {
-  std::string name;
-  int components = 4;
-};
 
 /// The newest pixels of one tile, normalised by their sample counts.
 struct TileSnapshot {

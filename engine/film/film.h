@@ -1,0 +1,133 @@
+// Where samples become pixels: exact sums per pixel, tile by tile.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/base/result.h"
+#include "engine/base/vec.h"
+#include "engine/film/rectangle.h"
+#include "engine/film/tile_grid.h"
+
+namespace lambent {
+
+struct FilmSettings {
+  int width = 0, height = 0;  ///< px of the full frame
+  Rectangle region;           ///< what is rendered of it; the film has memory for no more. Empty: all
+  int tile_size_px = 64;
+  TileOrder tile_order = TileOrder::hilbert;
+  std::vector<Channel> channels{{"combined", 4}};  ///< the first is the picture: premultiplied RGBA
+  bool second_moments = false;                     ///< needed by stop_converged() and standard_error()
+};
+
+/// Normalised pixels of one tile.
+struct FilmTile {
+  Rectangle rectangle;
+  int64_t samples = 0;        ///< fewest of any pixel in it that is still active (of all pixels if none is)
+  std::vector<float> pixels;  ///< float[height][width][components()], row 0 at the bottom
+};
+
+/// A sample that was not finite or negative: its place, for a replay.
+struct RejectedSample {
+  int x = 0, y = 0;
+  int64_t sample = 0;
+  std::vector<float> values;
+};
+
+/// Sums of samples per pixel, in double, each pixel's added in the order of its samples: so the picture depends on
+/// neither threads nor tiles nor pauses. Invariant: a pixel's sample n is added after its samples 0..n-1, once.
+///
+/// Threads: each tile is written by one thread at a time, through a TileWriter; reading a tile is allowed meanwhile.
+/// A sample's estimate belongs to one pixel (filters are importance-sampled). Contributions that land elsewhere (light
+/// tracing) will need a splat buffer beside these sums.
+class Film {
+ public:
+  /// Error: a size or region that is empty or outside the frame, no channels, or not enough memory.
+  static Result<std::shared_ptr<Film>> create(const FilmSettings& settings);
+  ~Film();
+
+  const FilmSettings& settings() const { return settings_; }
+  const Rectangle& region() const { return settings_.region; }
+  const TileGrid& tiles() const { return grid_; }
+  /// Floats of a sample and of a pixel: all channels' components in order.
+  int components() const { return components_; }
+  size_t bytes() const;
+
+  /// Samples added to a pixel so far: the number of its next sample.
+  int64_t sample_count(int x, int y) const;
+  /// Fewest samples of any active pixel (of all pixels if none is active).
+  int64_t min_sample_count() const;
+
+  /// The newest pixels of a tile. Divides by each pixel's own count; pixels without samples are 0.
+  FilmTile tile(int index) const;
+  /// The whole region: float[region.height][region.width][components()], row 0 at the bottom.
+  std::vector<float> pixels() const;
+
+  /// Tiles finished by a writer since last taken, oldest first, at most `limit`. One reader at a time.
+  std::vector<int> take_dirty(size_t limit);
+  void mark_all_dirty();
+
+  /// Estimates that were rejected: counted, and the first k_recorded of them (by pixel and sample, whatever the
+  /// thread).
+  uint64_t rejected_count() const;
+  std::vector<RejectedSample> rejected_samples() const;
+  static constexpr size_t k_recorded = 16;
+
+  /// Adaptive sampling (noise_threshold). To be called between passes, when active pixels have `samples` samples, at
+  /// sample counts that do not depend on threads or tiles. Pixels whose neighbourhood is quieter than `threshold`
+  /// become inactive for good. Returns how many stay active. Error measure: see adaptive.h. Requires second_moments.
+  size_t stop_converged(float threshold, int64_t samples);
+  bool active(int x, int y) const;
+  bool tile_active(int index) const;
+  /// Standard error of a pixel's mean of R+G+B; infinity with fewer than 2 samples. Requires second_moments.
+  float standard_error(int x, int y) const;
+
+  /// Saves the exact sums (zstd) to a temporary name, then renames. `identity` says what the samples belong to
+  /// (scene, settings that change them); load fails unless it is the same. No writer may be active.
+  Status save(const std::string& path, const std::string& identity) const;
+  /// Replaces the film's content. On an Error, which names the file, the film is as before.
+  Status load(const std::string& path, const std::string& identity);
+
+ private:
+  friend class TileWriter;
+  struct Storage;
+  Film();
+  size_t pixel_index(int x, int y) const {
+    return size_t(y - settings_.region.y) * size_t(settings_.region.width) + size_t(x - settings_.region.x);
+  }
+  FilmSettings settings_;
+  TileGrid grid_;
+  int components_ = 0;
+  std::unique_ptr<Storage> storage_;
+};
+
+/// Adds one thread's samples to one tile. Buffers them and takes the tile's lock rarely; the destructor adds the rest
+/// and marks the tile dirty. Within a pixel samples arrive in order, starting at Film::sample_count(x, y).
+class TileWriter {
+ public:
+  TileWriter(Film& film, int tile);
+  ~TileWriter();
+  TileWriter(const TileWriter&) = delete;
+  TileWriter& operator=(const TileWriter&) = delete;
+
+  const Rectangle& rectangle() const { return film_.tiles()[tile_]; }
+  /// One sample of a pixel: film.components() floats. A sample with a value that is not finite, or negative in the
+  /// picture's channel, is counted and recorded, and adds nothing but its count.
+  void add(int x, int y, std::span<const float> values);
+  /// The usual case of one RGBA channel.
+  void add(int x, int y, const Vec4& rgba) { add(x, y, std::span<const float>(&rgba.x, 4)); }
+  /// Adds what is buffered, so that readers see it.
+  void flush();
+
+ private:
+  Film& film_;
+  int tile_;
+  std::vector<uint32_t> pixels_;
+  std::vector<float> values_;
+};
+
+}  // namespace lambent

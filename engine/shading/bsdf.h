@@ -3,8 +3,9 @@
 // Convention (all lobes): directions are unit and point away from the surface. `wi` is where the walk came from, `wo`
 // where it goes. With Transport::radiance the walk started at the camera (light flows from wo to wi); with
 // Transport::importance it started at a light (light flows from wi to wo). f includes the adjoint corrections for that
-// direction: the eta² of refraction (Veach 1997, ch. 5.2) and, for importance, the shading-normal factor |wi·ns||wo·ng|
-// / (|wi·ng||wo·ns|) (Veach 1997, eq. 5.19). `cos` below is |wo·ns|.
+// direction: the eta² of refraction (Veach 1997, ch. 5.2; lobe.h says which convention) and, for importance, the
+// shading-normal factor |wi·ns||wo·ng| / (|wi·ng||wo·ns|) (Veach 1997, eq. 5.19). `cos` below is |wo·n| with the lobe's
+// own normal n (a normal map may differ from ns).
 #pragma once
 
 #include <cstdint>
@@ -47,14 +48,8 @@ struct BsdfSample {
 
 inline constexpr int k_max_lobes = 12;
 
-/// The lobes of one shading point: on the stack, filled by Program::evaluate, no virtual calls, no allocation.
-/// The kinds of lobe and their parameters live in lobe.h; Bsdf dispatches with a switch.
-class Bsdf;  // defined in bsdf_set.h; interface:
-//   BsdfEval eval(const Vec3& wi_world, const Vec3& wo_world, Transport) const;          // all non-delta lobes
-//   BsdfSample sample(const Vec3& wi_world, float u_lobe, const Vec2& u, Transport) const; // picks a lobe by
-//   contribution bool has_non_delta() const;             // next-event estimation is worth a ray Color transparency()
-//   const;             // weight of going straight on, unscattered (transparent closures) Color emission() const; //
-//   radiance towards wi Color albedo(const Vec3& wi_world) const; // estimate, for roulette and passes
-// Transparent closures are lobes too: sampled with event k_scatter_transparent | k_scatter_delta.
+/// The lobes of one shading point: class Bsdf in bsdf_set.h; the kinds of lobe and their parameters: lobe.h.
+/// Transparent closures are lobes too: sampled with event k_scatter_transparent | k_scatter_delta.
+class Bsdf;
 
 }  // namespace lambent

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "engine/base/report.h"
-#include "engine/shading/bsdf.h"
+#include "engine/shading/bsdf_set.h"
 #include "engine/shading/shading_point.h"
 
 namespace lambent {
@@ -27,12 +27,32 @@ struct ProgramTraits {
   bool scatters = false;             ///< has lobes besides emission and transparency
 };
 
-// class Program — defined by the shading module; interface:
-//   const ProgramTraits& traits() const;
-//   std::span<const AttributeRequest> attribute_requests() const;
-//   void evaluate(const ShadingPoint&, const TextureSystem*, Bsdf&) const;                 // surface
-//   Color transparency(const ShadingPoint&, const TextureSystem*) const;
-//   Color emission(const ShadingPoint&, const TextureSystem*) const;                        // also worlds (Background)
-//   and lights size_t bytes() const;
+class ProgramData;  // the code and its constants; program_data.h
+
+/// Immutable, shared by threads. Evaluation allocates nothing; see program.cpp for the interpreter.
+class Program {
+ public:
+  explicit Program(std::unique_ptr<const ProgramData> data);
+  ~Program();
+
+  const ProgramTraits& traits() const { return traits_; }
+  /// What to fill ShadingPoint::attributes with, in this order. At most k_max_attributes.
+  std::span<const AttributeRequest> attribute_requests() const;
+
+  /// Fills `bsdf` (begin() included) with the lobes and emission at the point.
+  /// @param textures may be null if no texture is used; textures then give pink.
+  void evaluate(const ShadingPoint& point, const TextureSystem* textures, Bsdf& bsdf) const;
+  /// Weight of light that passes straight through; in [0, inf) per channel.
+  Color transparency(const ShadingPoint& point, const TextureSystem* textures) const;
+  /// Radiance towards wi_world. Also worlds (Background; wi_world = minus the ray's direction) and lights.
+  Color emission(const ShadingPoint& point, const TextureSystem* textures) const;
+
+  /// Heap memory of the program, textures not included.
+  size_t bytes() const;
+
+ private:
+  std::unique_ptr<const ProgramData> data_;
+  ProgramTraits traits_;
+};
 
 }  // namespace lambent

@@ -1,0 +1,92 @@
+// Images as textures: loading, colour spaces, filtering, within a memory limit.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/base/report.h"
+#include "engine/base/vec.h"
+
+namespace lambent {
+
+/// How the file's alpha relates to its colour (Blender's Image.alpha_mode).
+enum class ImageAlpha : uint8_t { straight, premultiplied, channel_packed, none };
+
+/// An image to load: exactly one of `path`, `encoded` and `pixels`.
+struct ImageSource {
+  std::string name;  ///< the user's, for messages
+  std::string path;  ///< absolute
+  std::span<const uint8_t> encoded;
+  std::string extension;          ///< of `encoded`, with the dot
+  const float* pixels = nullptr;  ///< float[height][width][channels], row 0 at the bottom
+  int width = 0, height = 0, channels = 0;
+  std::shared_ptr<const void> owner;  ///< keeps `encoded` or `pixels` alive
+  std::string colorspace;             ///< OpenColorIO's or Blender's name; empty: decided by the file
+  ImageAlpha alpha = ImageAlpha::straight;
+};
+
+enum class TextureInterpolation : uint8_t { linear, closest, cubic };
+enum class TextureExtension : uint8_t { repeat, extend, clip, mirror };
+
+struct TextureLookup {
+  Vec2 uv{0, 0};                  ///< (0, 0) is the lower left corner of the image
+  Vec2 duvdx{0, 0}, duvdy{0, 0};  ///< footprint of one pixel; used by images too large to be resident
+  TextureInterpolation interpolation = TextureInterpolation::linear;
+  TextureExtension extension = TextureExtension::repeat;
+};
+
+/// Scene-linear colour, premultiplied by alpha unless the image is channel-packed, without alpha, or not a colour.
+struct Texel {
+  Color color{0.0f};
+  float alpha = 1.0f;
+};
+
+/// One loaded image; opaque, immutable, freed with its last handle. Defined in texture.h.
+class Texture;
+using TextureHandle = std::shared_ptr<const Texture>;
+
+/// Loads images and looks them up. add_image and lookup are safe to call from any thread.
+class TextureSystem {
+ public:
+  struct Options {
+    size_t memory_limit_bytes = size_t{4} << 30;  ///< of resident images and the tile cache together
+    std::string ocio_config;                      ///< path; empty: built-in transforms for Blender's names
+  };
+
+  TextureSystem();
+  explicit TextureSystem(const Options& options);
+  ~TextureSystem();
+  TextureSystem(const TextureSystem&) = delete;
+  TextureSystem& operator=(const TextureSystem&) = delete;
+
+  /// Loads (or shares an already loaded) image. Never null, never throws: a missing or corrupt file gives pink
+  /// (1, 0, 1, 1) as in Blender and an error that names image and file.
+  TextureHandle add_image(const ImageSource& source, Report& report);
+
+  /// Filtered value. Images that fit the memory limit are resident and filtered at full resolution, as in Cycles (the
+  /// footprint is ignored); larger ones go through OpenImageIO's tile cache at the resolution of the footprint.
+  /// Non-finite coordinates give the value at (0, 0).
+  Texel lookup(const Texture& texture, const TextureLookup& lookup) const;
+
+  /// Bytes now held by resident images and the tile cache.
+  size_t bytes() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// Width and height in px.
+struct TextureSize {
+  int width = 0, height = 0;
+};
+TextureSize texture_size(const Texture& texture);
+/// The image's values are data or its alpha is not associated: colour must not be divided by alpha.
+bool texture_keeps_alpha_apart(const Texture& texture);
+/// Mean colour over the image (of the resident pixels, or of a coarse level), for emission estimates.
+Color texture_average(const TextureSystem& textures, const Texture& texture);
+
+}  // namespace lambent

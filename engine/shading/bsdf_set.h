@@ -1,0 +1,66 @@
+// The lobes of one shading point as a set: mixture sampling and evaluation. Contract: bsdf.h; lobes: lobe.h.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "engine/shading/bsdf.h"
+#include "engine/shading/lobe.h"
+#include "engine/shading/shading_point.h"
+
+namespace lambent {
+
+/// Whether pdf_reverse_solid_angle is wanted: a path tracer's loop says no and saves its cost (the value is then 0).
+enum class ReversePdf : uint8_t { no, yes };
+
+/// Filled by Program::evaluate on the stack; no virtual calls, no allocation. Reusable after begin().
+class Bsdf {
+ public:
+  Bsdf() {}  // leaves the lobes uninitialised on purpose: they are written before they are read
+
+  /// Empties the set and takes over the point's normals and `wi`.
+  void begin(const ShadingPoint& point);
+  /// Adds a lobe. Drops one whose weight is zero; makes non-finite or out-of-range parameters harmless. At most
+  /// k_max_lobes: beyond that the weight joins a diffuse lobe, so no energy appears or vanishes unseen by albedo().
+  void add(const Lobe& lobe);
+  void add_emission(const Color& radiance);
+
+  /// All non-delta lobes for one pair of unit world directions; zero for pairs that no lobe connects.
+  BsdfEval eval(const Vec3& wi_world, const Vec3& wo_world, Transport transport,
+                ReversePdf reverse = ReversePdf::yes) const;
+  /// Picks a lobe by its share of the albedo and samples it; the weight covers all lobes that share wo.
+  /// @param u_lobe, u in [0, 1). Fails (event k_scatter_none) if there are no lobes or the sample is absorbed.
+  BsdfSample sample(const Vec3& wi_world, float u_lobe, const Vec2& u, Transport transport,
+                    ReversePdf reverse = ReversePdf::yes) const;
+
+  /// A lobe has a density, so that next-event estimation is worth a ray.
+  bool has_non_delta() const { return has_non_delta_; }
+  /// Some lobe scatters or transmits.
+  bool empty() const { return count_ == 0; }
+  /// Weight of going straight on, unscattered.
+  Color transparency() const { return transparency_; }
+  /// Radiance emitted towards wi.
+  Color emission() const { return emission_; }
+  /// Estimate of the directional albedo towards wi, transparency included: for roulette and passes.
+  Color albedo(const Vec3& wi_world) const;
+  /// The part of albedo() that diffuse, glossy and transmitting lobes make (Blender's Color passes).
+  struct Albedos {
+    Color diffuse{0.0f}, glossy{0.0f}, transmission{0.0f};
+  };
+  Albedos albedos(const Vec3& wi_world) const;
+  /// Weighted mean of the lobes' normals, for the denoiser's and Normal passes; ns if there is no lobe.
+  Vec3 mean_normal() const;
+
+  std::span<const Lobe> lobes() const { return {lobes_, static_cast<size_t>(count_)}; }
+
+ private:
+  union {  // suppresses construction of the array
+    Lobe lobes_[k_max_lobes];
+  };
+  int count_ = 0;
+  bool has_non_delta_ = false;
+  Vec3 ng_world_{0, 0, 1}, ns_world_{0, 0, 1};
+  Color transparency_{0.0f}, emission_{0.0f};
+};
+
+}  // namespace lambent

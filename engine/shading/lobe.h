@@ -1,0 +1,66 @@
+// The closed set of scattering lobes. Plain data; evaluated by free functions that switch on the kind.
+//
+// A lobe is a function f_cos(camera, light): the radiance that leaves towards `camera` per radiance arriving from
+// `light` and unit solid angle, with the lobe's own cosine |light·n| included. Everything else follows from it: for
+// Transport::radiance f_cos(wi, wo); for Transport::importance f_cos(wo, wi)·|wo·ng|/|wi·ng| (Veach 1997, eq. 5.19,
+// with the swap of roles carrying the eta² of refraction), so both directions of transport agree by construction.
+//
+// Refraction carries the basic radiance L/n², as Cycles does: radiance is not divided by eta² on entering a medium.
+// Closed objects look the same either way; an open pane of glass, which artists model often, does not darken what is
+// behind it. The adjoint (importance) is scaled to match.
+#pragma once
+
+#include <cstdint>
+
+#include "engine/base/vec.h"
+#include "engine/shading/bsdf.h"
+
+namespace lambent {
+
+enum class LobeKind : uint8_t {
+  diffuse,             ///< Lambert
+  oren_nayar,          ///< Oren–Nayar as Cycles: `param` is sigma in [0, 1]
+  principled_diffuse,  ///< Burley 2012 retro-reflective diffuse (Cycles before 4.0): `param` is roughness
+  principled_sheen,    ///< Burley 2012 sheen (Cycles before 4.0)
+  velvet,              ///< Ashikhmin & Premoze 2007 (Cycles before 4.0): `param` is sigma in [0.01, 1]
+  sheen,               ///< Charlie-like sheen standing in for Zeltner et al. 2022 (Cycles from 4.0): alpha_x
+  translucent,         ///< Lambert through the surface
+  transparent,         ///< straight on
+  reflection,          ///< microfacet or mirror
+  refraction,          ///< microfacet or smooth
+  glass,               ///< reflection and refraction with the Fresnel term at the microfacet
+};
+
+enum class Distribution : uint8_t { ggx, beckmann, gtr1 };
+
+enum class FresnelMode : uint8_t {
+  none,        ///< 1: the weight is the colour
+  macro,       ///< dielectric at the camera's angle to n (Cycles before 4.0: glass); refraction takes 1 − F
+  dielectric,  ///< dielectric at the microfacet
+  principled,  ///< Cycles before 4.0: f0 blended towards 1 by the dielectric Fresnel term at the microfacet
+  clearcoat,   ///< like principled with f0 = 0.04
+  schlick,     ///< f0 to f90 with the dielectric curve of `eta` (Cycles from 4.0: generalised Schlick)
+  f82,         ///< metal: f0 and the tint at 82° (Kutz et al. 2021)
+};
+
+/// One weighted lobe. Invariants: n unit; alpha in [0, 1]; eta > 0; all finite (Bsdf::add ensures them).
+struct Lobe {
+  Color weight{1.0f};
+  Vec3 n{0, 0, 1};                       ///< lobe normal in world space, on the side of the walk's `wi`
+  Vec3 tangent{0.0f};                    ///< world direction of alpha_x; zero: isotropic
+  float alpha_x = 1.0f, alpha_y = 1.0f;  ///< microfacet slopes' scale; both below k_delta_alpha: delta
+  float eta = 1.0f;                      ///< index beyond the surface over index on n's side
+  float param = 0.0f;                    ///< see LobeKind
+  Color f0{1.0f}, f90{1.0f};
+  LobeKind kind = LobeKind::diffuse;
+  Distribution distribution = Distribution::ggx;
+  FresnelMode fresnel = FresnelMode::none;
+  bool energy_compensation = false;  ///< restores what single scattering loses (multiscatter GGX)
+};
+
+/// Below this alpha a microfacet lobe is a mirror (delta): roughness 0.01, where GGX's density passes 1e7 per steradian
+/// and float directions no longer resolve the lobe. Cycles (3.4) uses the same threshold on alpha_x·alpha_y (1e-7 →
+/// 3e-4).
+inline constexpr float k_delta_alpha = 3.1622776e-4f;
+
+}  // namespace lambent

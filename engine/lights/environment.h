@@ -1,0 +1,34 @@
+// The world as a light: importance sampling of a latitude-longitude image of radiance estimates.
+#pragma once
+
+#include "engine/lights/light.h"
+#include "engine/sampling/distribution.h"
+
+namespace lambent {
+
+/// Immutable. Directions are sampled by the image's luminance, piecewise constant, or, for a constant world, uniformly:
+/// by the cosine at a surface, over the sphere elsewhere.
+class Environment {
+ public:
+  explicit Environment(EnvironmentLight light);
+
+  const EnvironmentLight& light() const { return light_; }
+  bool is_constant() const { return is_constant_; }
+  /// Mean luminance over the sphere (solid-angle weighted), absolute value.
+  double mean_luminance() const { return mean_luminance_; }
+  size_t bytes() const { return distribution_.bytes(); }
+
+  /// Direction towards the world for a receiver with normal `n` (zero: none); `pdf_solid_angle` per steradian, 0 on
+  /// failure.
+  Vec3 sample(const Vec3& n_world, const Vec2& u, float& pdf_solid_angle) const;
+  /// Density of sample(n) at a unit direction, per steradian.
+  float pdf_solid_angle(const Vec3& n_world, const Vec3& direction_world) const;
+
+ private:
+  EnvironmentLight light_;
+  Distribution2D distribution_;
+  bool is_constant_ = true;
+  double mean_luminance_ = 0.0;
+};
+
+}  // namespace lambent

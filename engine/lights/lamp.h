@@ -1,0 +1,101 @@
+// Blender's lamps, prepared for rendering, with the formulas of Cycles 3.4.1.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "engine/base/frame.h"
+#include "engine/lights/light.h"
+#include "engine/lights/light_tree.h"
+
+namespace lambent {
+
+/// Point on a lamp as seen from a receiver, before selection.
+struct LampSample {
+  Vec3 direction{0.0f};
+  float distance = 0.0f;
+  Vec3 p{0.0f}, n{0.0f};
+  Vec2 uv{0.0f, 0.0f};
+  Color radiance{0.0f};          ///< delta lamps: irradiance on a facing surface
+  float pdf_solid_angle = 0.0f;  ///< delta lamps: 1; 0: nothing to add
+};
+
+/// A lamp with everything derived from its description. Immutable.
+///
+/// Point and spot lamps with a radius are disks of that radius that face the receiver, of radiance energy / (4 pi · pi
+/// r²); so from the lamp's side a ray at distance b from the centre is seen by receivers beyond b² / sqrt(r² - b²)
+/// along it, which is where sample_emission starts rays. Suns are disks one metre away, evenly lit, so their radiance
+/// grows as 1 / cos³ off axis. Spread dims area lamps as a grid of slats would (Cycles D10594).
+class Lamp {
+ public:
+  /// `light` must be valid (see validate).
+  explicit Lamp(const AnalyticLight& light);
+  /// Empty, or what is wrong with a description (message for the user, names the lamp).
+  static std::string validate(const AnalyticLight& light);
+
+  LightKind kind() const { return kind_; }
+  bool is_delta() const { return is_delta_; }
+  bool is_infinite() const { return kind_ == LightKind::sun; }
+  const LightTraits& traits() const { return traits_; }
+  /// For the light tree (finite lamps). Intensity is the largest in any direction, by luminance.
+  LightCluster cluster() const;
+  /// Luminance of the irradiance on a facing surface (sun).
+  double irradiance() const;
+  Bounds3 bounds() const;
+
+  /// Point on the lamp for a receiver at p.
+  LampSample sample(const Vec3& p, const Vec2& u) const;
+  /// Density of sample(p) per steradian in `direction`, at a point that a ray from p meets.
+  float pdf_solid_angle(const Vec3& p, const Vec3& direction, float distance) const;
+  /// Whether a ray meets the lamp's emitting side in (t_min, t_max); fills everything but light and traits.
+  bool intersect(const Vec3& origin, const Vec3& direction, float t_min, float t_max, LightHit& hit) const;
+  /// Whether a ray that leaves the scene meets the sun's disk.
+  bool intersect_infinite(const Vec3& direction, LightHit& hit) const;
+
+  /// Ray that leaves the lamp; fills all but light, prob_selection and traits. `scene` is the scene's sphere.
+  bool sample_emission(const Vec2& u_position, const Vec2& u_direction, const Vec3& scene_center, float scene_radius,
+                       EmissionSample& sample) const;
+  EmissionPdf pdf_emission(const Vec3& direction_from_light, float scene_radius) const;
+
+ private:
+  float spot_attenuation(float cos_angle) const;
+  float spread_attenuation(float cos_angle) const;
+  bool lit_rectangle(const Vec3& p, Vec3& corner, Vec3& edge_u, Vec3& edge_v) const;
+
+  LightKind kind_ = LightKind::point;
+  bool is_delta_ = false, round_ = false;
+  Vec3 center_{0.0f};
+  Frame frame_;                             ///< n: where the lamp shines (spot, area); the way light travels (sun)
+  float radius_ = 0.0f;                     ///< point, spot; sun: tan of the half angle
+  Color radiance_{0.0f};                    ///< on axis; delta lamps: intensity, or irradiance (sun)
+  float cos_cone_ = -1.0f, smooth_ = 0.0f;  ///< spot
+  Vec3 edge_u_{0.0f}, edge_v_{0.0f};        ///< area: whole width and height
+  float area_ = 0.0f, tan_spread_ = 0.0f, spread_norm_ = 1.0f;  ///< area lamp
+  float one_minus_cos_ = 0.0f;                                  ///< sun: of the half angle
+  Color intensity_estimate_{0.0f};
+  LightTraits traits_;
+};
+
+/// Finds the lamp that a ray meets first, among many. Immutable. 32 bytes a lamp.
+class LampBvh {
+ public:
+  LampBvh() = default;
+  /// Of the given lamps (indices into `lamps`).
+  LampBvh(std::span<const Lamp> lamps, std::vector<LightIndex> sized);
+
+  bool empty() const { return order_.empty(); }
+  size_t bytes() const { return order_.capacity() * sizeof(order_[0]) + nodes_.capacity() * sizeof(Node); }
+  LightHit intersect(std::span<const Lamp> lamps, const Vec3& origin, const Vec3& direction, float t_min, float t_max,
+                     uint32_t ray_kinds) const;
+
+ private:
+  struct Node {
+    Bounds3 bounds;
+    uint32_t first = 0;  ///< leaf: position in order_; inner: left child, the right one follows
+    uint32_t count = 0;  ///< 0: inner
+  };
+  std::vector<LightIndex> order_;
+  std::vector<Node> nodes_;
+};
+
+}  // namespace lambent

@@ -36,9 +36,12 @@ struct TextureLookup {
   Vec2 duvdx{0, 0}, duvdy{0, 0};  ///< footprint of one pixel; used by images too large to be resident
   TextureInterpolation interpolation = TextureInterpolation::linear;
   TextureExtension extension = TextureExtension::repeat;
+  /// Divide colour by alpha, as Blender does where a node's Alpha output is used.
+  bool straight_color = false;
 };
 
-/// Scene-linear colour, premultiplied by alpha unless the image is channel-packed, without alpha, or not a colour.
+/// Scene-linear colour, premultiplied by alpha unless straight_color was asked or the image is channel-packed, without
+/// alpha, or not a colour.
 struct Texel {
   Color color{0.0f};
   float alpha = 1.0f;
@@ -84,9 +87,7 @@ struct TextureSize {
   int width = 0, height = 0;
 };
 TextureSize texture_size(const Texture& texture);
-/// The image's values are data or its alpha is not associated: colour must not be divided by alpha.
-bool texture_keeps_alpha_apart(const Texture& texture);
-/// Mean colour over the image (of the resident pixels, or of a coarse level), for emission estimates.
-Color texture_average(const TextureSystem& textures, const Texture& texture);
+/// Mean colour over the image (estimated from at most 64 x 64 texels), for emission estimates.
+Color texture_average(const Texture& texture);
 
 }  // namespace lambent

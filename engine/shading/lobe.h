@@ -23,7 +23,7 @@ enum class LobeKind : uint8_t {
   principled_diffuse,  ///< Burley 2012 retro-reflective diffuse (Cycles before 4.0): `param` is roughness
   principled_sheen,    ///< Burley 2012 sheen (Cycles before 4.0)
   velvet,              ///< Ashikhmin & Premoze 2007 (Cycles before 4.0): `param` is sigma in [0.01, 1]
-  sheen,               ///< Charlie-like sheen standing in for Zeltner et al. 2022 (Cycles from 4.0): alpha_x
+  sheen,               ///< Estevez & Kulla 2017, standing in for Zeltner et al. 2022 (Cycles from 4.0): alpha_x
   translucent,         ///< Lambert through the surface
   transparent,         ///< straight on
   reflection,          ///< microfacet or mirror
@@ -35,12 +35,9 @@ enum class Distribution : uint8_t { ggx, beckmann, gtr1 };
 
 enum class FresnelMode : uint8_t {
   none,        ///< 1: the weight is the colour
-  macro,       ///< dielectric at the camera's angle to n (Cycles before 4.0: glass); refraction takes 1 − F
   dielectric,  ///< dielectric at the microfacet
-  principled,  ///< Cycles before 4.0: f0 blended towards 1 by the dielectric Fresnel term at the microfacet
-  clearcoat,   ///< like principled with f0 = 0.04
-  schlick,     ///< f0 to f90 with the dielectric curve of `eta` (Cycles from 4.0: generalised Schlick)
-  f82,         ///< metal: f0 and the tint at 82° (Kutz et al. 2021)
+  schlick,     ///< f0 to f90 along the dielectric curve of `eta`, at the microfacet (both Principled generations)
+  f82,         ///< metal: f0 and, in f90, the tint at 82° (Kutz et al. 2021)
 };
 
 /// One weighted lobe. Invariants: n unit; alpha in [0, 1]; eta > 0; all finite (Bsdf::add ensures them).
@@ -51,11 +48,14 @@ struct Lobe {
   float alpha_x = 1.0f, alpha_y = 1.0f;  ///< microfacet slopes' scale; both below k_delta_alpha: delta
   float eta = 1.0f;                      ///< index beyond the surface over index on n's side
   float param = 0.0f;                    ///< see LobeKind
-  Color f0{1.0f}, f90{1.0f};
+  Color f0{1.0f}, f90{1.0f};             ///< see FresnelMode; glass: tints of its reflection and of its refraction
   LobeKind kind = LobeKind::diffuse;
   Distribution distribution = Distribution::ggx;
   FresnelMode fresnel = FresnelMode::none;
-  bool energy_compensation = false;  ///< restores what single scattering loses (multiscatter GGX)
+  /// Multiplies by the dielectric reflectance F (refraction: 1 − F) at the camera's angle to n, as Cycles before 4.0
+  /// does for glass.
+  bool macro_fresnel = false;
+  bool energy_compensation = false;  ///< restores what single scattering loses (multiscatter GGX), tinted by f0
 };
 
 /// Below this alpha a microfacet lobe is a mirror (delta): roughness 0.01, where GGX's density passes 1e7 per steradian

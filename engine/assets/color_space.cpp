@@ -1,0 +1,192 @@
+#include "engine/assets/color_space.h"
+
+#include <OpenColorIO/OpenColorIO.h>
+
+#include <array>
+#include <set>
+
+namespace OCIO = OCIO_NAMESPACE;
+
+namespace lambent {
+namespace {
+
+const std::set<std::string>& data_names() {
+  static const std::set<std::string> names{"Non-Color", "Non-Colour Data", "Raw",         "raw",
+                                           "data",      "Generic Data",    "NoConversion"};
+  return names;
+}
+const std::set<std::string>& linear_names() {
+  static const std::set<std::string> names{
+      "Linear",   "linear",          "Linear Rec.709", "scene_linear",       "Linear BT.709", "Linear Rec.709 (sRGB)",
+      "lin_srgb", "lin_rec709_srgb", "Linear sRGB",    "Linear BT.709 I-D65"};
+  return names;
+}
+const std::set<std::string>& srgb_names() {
+  static const std::set<std::string> names{"sRGB", "srgb", "GammaCorrected", "sRGB OETF", "sRGB - Texture"};
+  return names;
+}
+
+// Linear spaces with other primaries: rows to Rec. 709 with D65 (matrices from the primaries' chromaticities; ACES
+// spaces adapted from D60 by Bradford's transform).
+struct MatrixSpace {
+  const char* name;
+  std::array<float, 9> rows;
+};
+constexpr std::array<float, 9> k_ap0 = {2.52168619f,  -1.13413099f, -0.38755520f, -0.27647991f, 1.37271909f,
+                                        -0.09623917f, -0.01537806f, -0.15297534f, 1.16835340f};
+constexpr std::array<float, 9> k_ap1 = {1.70505099f,  -0.62179212f, -0.08325887f, -0.13025642f, 1.14080474f,
+                                        -0.01054832f, -0.02400336f, -0.12896898f, 1.15297233f};
+constexpr std::array<float, 9> k_rec2020 = {1.66049100f,  -0.58764114f, -0.07284986f, -0.12455047f, 1.13289990f,
+                                            -0.00834942f, -0.01815076f, -0.10057890f, 1.11872966f};
+constexpr std::array<float, 9> k_p3 = {1.22494018f, -0.22494018f, 0.0f,         -0.04205695f, 1.04205695f,
+                                       0.0f,        -0.01963755f, -0.07863605f, 1.09827360f};
+constexpr std::array<float, 9> k_xyz_d65 = {3.24096994f, -1.53738318f, -0.49861076f, -0.96924364f, 1.87596750f,
+                                            0.04155506f, 0.05563008f,  -0.20397696f, 1.05697151f};
+constexpr MatrixSpace k_matrix_spaces[] = {
+    {"Linear ACES", k_ap0},
+    {"ACES2065-1", k_ap0},
+    {"Linear ACEScg", k_ap1},
+    {"ACEScg", k_ap1},
+    {"Linear Rec.2020", k_rec2020},
+    {"Linear BT.2020", k_rec2020},
+    {"Linear DCI-P3 D65", k_p3},
+    {"Linear P3-D65", k_p3},
+    {"XYZ", k_xyz_d65},
+    {"Linear CIE-XYZ D65", k_xyz_d65},
+};
+
+class MatrixTransform : public ColorConversion::Transform {
+ public:
+  explicit MatrixTransform(const std::array<float, 9>& rows) : m_(rows) {}
+  void apply(float* rgb, size_t n, int stride) const override {
+    for (size_t i = 0; i < n; ++i, rgb += stride) {
+      const float r = rgb[0], g = rgb[1], b = rgb[2];
+      for (int k = 0; k < 3; ++k) rgb[k] = m_[3 * k] * r + m_[3 * k + 1] * g + m_[3 * k + 2] * b;
+    }
+  }
+
+ private:
+  std::array<float, 9> m_;
+};
+
+// A power curve for Rec.1886-like displays.
+class GammaTransform : public ColorConversion::Transform {
+ public:
+  explicit GammaTransform(float gamma) : gamma_(gamma) {}
+  void apply(float* rgb, size_t n, int stride) const override {
+    for (size_t i = 0; i < n; ++i, rgb += stride)
+      for (int k = 0; k < 3; ++k) rgb[k] = rgb[k] > 0.0f ? std::pow(rgb[k], gamma_) : rgb[k];
+  }
+
+ private:
+  float gamma_;
+};
+
+class OcioTransform : public ColorConversion::Transform {
+ public:
+  explicit OcioTransform(OCIO::ConstCPUProcessorRcPtr processor) : processor_(std::move(processor)) {}
+  void apply(float* rgb, size_t n, int stride) const override {
+    OCIO::PackedImageDesc image(rgb, static_cast<long>(n), 1, 3, OCIO::BIT_DEPTH_F32, sizeof(float),
+                                stride * static_cast<ptrdiff_t>(sizeof(float)), OCIO::AutoStride);
+    processor_->apply(image);
+  }
+
+ private:
+  OCIO::ConstCPUProcessorRcPtr processor_;
+};
+
+}  // namespace
+
+float linear_from_srgb(float encoded) {
+  if (encoded <= 0.04045f) return encoded / 12.92f;
+  return std::pow((encoded + 0.055f) / 1.055f, 2.4f);
+}
+
+float srgb_from_linear(float linear) {
+  if (linear <= 0.0031308f) return linear * 12.92f;
+  return 1.055f * std::pow(linear, 1.0f / 2.4f) - 0.055f;
+}
+
+float linear_from_srgb_fast(float encoded) {
+  constexpr int k_cells = 2048;
+  static const std::array<float, k_cells + 1> table = [] {
+    std::array<float, k_cells + 1> values{};
+    for (int i = 0; i <= k_cells; ++i) values[i] = linear_from_srgb(static_cast<float>(i) / k_cells);
+    return values;
+  }();
+  if (!(encoded > 0.0f && encoded < 1.0f)) return linear_from_srgb(encoded);
+  const float scaled = encoded * k_cells;
+  const int cell = static_cast<int>(scaled);
+  return lerp(table[cell], table[cell + 1], scaled - cell);
+}
+
+struct ColorSpaces::Config {
+  OCIO::ConstConfigRcPtr ocio;
+};
+
+ColorSpaces::ColorSpaces(const std::string& ocio_config) : config_(std::make_unique<Config>()) {
+  if (ocio_config.empty()) return;
+  try {
+    config_->ocio = OCIO::Config::CreateFromFile(ocio_config.c_str());
+  } catch (const OCIO::Exception& exception) {
+    error_ = "The OpenColorIO configuration '" + ocio_config +
+             "' could not be read; built-in colour spaces are used: " + exception.what();
+  }
+}
+ColorSpaces::~ColorSpaces() = default;
+
+ColorConversion ColorSpaces::find(const std::string& name, bool file_is_float) const {
+  ColorConversion conversion;
+  if (name.empty()) {
+    conversion.kind = file_is_float ? ColorConversion::Kind::none : ColorConversion::Kind::srgb;
+    return conversion;
+  }
+  if (srgb_names().contains(name)) {
+    conversion.kind = ColorConversion::Kind::srgb;
+    return conversion;
+  }
+  if (data_names().contains(name)) {
+    conversion.is_data = true;
+    return conversion;
+  }
+  if (linear_names().contains(name)) return conversion;
+  if (config_->ocio) {
+    try {
+      const OCIO::ConstColorSpaceRcPtr space = config_->ocio->getColorSpace(name.c_str());
+      if (space) {
+        if (space->isData()) {
+          conversion.is_data = true;
+          return conversion;
+        }
+        const OCIO::ConstProcessorRcPtr processor = config_->ocio->getProcessor(name.c_str(), OCIO::ROLE_SCENE_LINEAR);
+        if (processor->isNoOp()) return conversion;
+        conversion.kind = ColorConversion::Kind::apply;
+        conversion.transform = std::make_shared<OcioTransform>(processor->getDefaultCPUProcessor());
+        return conversion;
+      }
+    } catch (const OCIO::Exception& exception) {
+      conversion.warning = "colour space '" + name + "' failed in OpenColorIO (" + exception.what() + ")";
+    }
+  }
+  for (const MatrixSpace& space : k_matrix_spaces)
+    if (name == space.name) {
+      conversion.kind = ColorConversion::Kind::apply;
+      conversion.transform = std::make_shared<MatrixTransform>(space.rows);
+      conversion.warning.clear();
+      return conversion;
+    }
+  if (name == "Rec.1886" || name == "nuke_rec709" || name == "Gamma 2.4 Encoded Rec.709") {
+    conversion.kind = ColorConversion::Kind::apply;
+    conversion.transform = std::make_shared<GammaTransform>(name == "nuke_rec709" ? 1.0f / 0.45f : 2.4f);
+    conversion.warning.clear();
+    return conversion;
+  }
+  if (conversion.warning.empty())
+    conversion.warning =
+        "colour space '" + name + "' is not known" + (config_->ocio ? "" : " without an OpenColorIO configuration");
+  conversion.warning += file_is_float ? "; its values are taken as scene-linear" : "; it is taken as sRGB";
+  conversion.kind = file_is_float ? ColorConversion::Kind::none : ColorConversion::Kind::srgb;
+  return conversion;
+}
+
+}  // namespace lambent

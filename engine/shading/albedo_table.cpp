@@ -1,0 +1,107 @@
+#include "engine/shading/albedo_table.h"
+
+#include <array>
+
+#include "engine/base/vec.h"
+#include "engine/shading/fresnel.h"
+#include "engine/shading/microfacet.h"
+
+namespace lambent {
+namespace {
+
+constexpr int k_size = 32;        // cosines and alphas
+constexpr int k_glass_size = 16;  // cosines, alphas and indices
+constexpr float k_eta_min = 1.0f / 3.0f, k_eta_max = 3.0f;
+
+// Nodes: the cosine starts above 0, where the albedo is still defined; alpha is spaced by its root (roughness).
+float node_cos(int i, int size) { return std::max(1e-3f, static_cast<float>(i) / (size - 1)); }
+float node_alpha(int i, int size) { return std::max(1e-3f, sqr(static_cast<float>(i) / (size - 1))); }
+// Uniform in the logarithm, with 1 exactly between two nodes: there the lobe is a delta.
+float node_eta(int i) {
+  return k_eta_min * std::pow(k_eta_max / k_eta_min, static_cast<float>(i) / (k_glass_size - 1));
+}
+
+// Means over an R2 sequence (Roberts 2018) of sampled visible normals; f·cos/pdf = G1(other) by construction.
+template <typename Estimate>
+float integrate(float cos_view, float alpha, int samples, const Estimate& estimate) {
+  const Microfacets facets(Distribution::ggx, alpha, alpha);
+  const Vec3 w{safe_sqrt(1.0f - cos_view * cos_view), 0.0f, cos_view};
+  double sum = 0.0, x = 0.5, y = 0.5;
+  for (int i = 0; i < samples; ++i) {
+    x += 0.7548776662466927, y += 0.5698402909980532;
+    x -= std::floor(x), y -= std::floor(y);
+    const Vec3 m = facets.sample_normal(w, {static_cast<float>(x), static_cast<float>(y)});
+    if (dot(w, m) > 0.0f) sum += estimate(facets, w, m);
+  }
+  return static_cast<float>(std::clamp(sum / samples, 1e-3, 1.0));
+}
+
+float reflected(const Microfacets& facets, const Vec3& w, const Vec3& m) {
+  const Vec3 r = m * (2.0f * dot(w, m)) - w;
+  return r.z > 0.0f ? facets.g1(r) : 0.0f;
+}
+
+float glass(const Microfacets& facets, const Vec3& w, const Vec3& m, float eta) {
+  const float f = fresnel_dielectric(dot(w, m), eta);
+  float sum = f * reflected(facets, w, m);
+  Vec3 t;
+  if (f < 1.0f && refract(w, m, eta, t) && t.z < 0.0f) sum += (1.0f - f) * facets.g1(t);
+  return sum;
+}
+
+struct ReflectionTable {
+  std::array<float, k_size * k_size> value;
+  ReflectionTable() {
+    for (int a = 0; a < k_size; ++a)
+      for (int c = 0; c < k_size; ++c)
+        value[a * k_size + c] = integrate(node_cos(c, k_size), node_alpha(a, k_size), 1024, reflected);
+  }
+};
+
+struct GlassTable {
+  std::array<float, k_glass_size * k_glass_size * k_glass_size> value;
+  GlassTable() {
+    for (int e = 0; e < k_glass_size; ++e)
+      for (int a = 0; a < k_glass_size; ++a)
+        for (int c = 0; c < k_glass_size; ++c)
+          value[(e * k_glass_size + a) * k_glass_size + c] =
+              integrate(node_cos(c, k_glass_size), node_alpha(a, k_glass_size), 512,
+                        [eta = node_eta(e)](const Microfacets& facets, const Vec3& w, const Vec3& m) {
+                          return glass(facets, w, m, eta);
+                        });
+  }
+};
+
+// Position of x in [0, 1] on a grid: index and fraction.
+struct Cell {
+  int index;
+  float fraction;
+  Cell(float x, int size) {
+    const float scaled = std::clamp(x, 0.0f, 1.0f) * (size - 1);
+    index = std::min(static_cast<int>(scaled), size - 2);
+    fraction = scaled - index;
+  }
+};
+
+float bilinear(const float* table, int size, const Cell& a, const Cell& c) {
+  const float* row = table + a.index * size + c.index;
+  return lerp(lerp(row[0], row[1], c.fraction), lerp(row[size], row[size + 1], c.fraction), a.fraction);
+}
+
+}  // namespace
+
+float ggx_reflection_albedo(float cos_view, float alpha) {
+  static const ReflectionTable table;
+  return bilinear(table.value.data(), k_size, Cell(std::sqrt(std::max(alpha, 0.0f)), k_size), Cell(cos_view, k_size));
+}
+
+float ggx_glass_albedo(float cos_view, float alpha, float eta) {
+  static const GlassTable table;
+  const float position = std::log(std::clamp(eta, k_eta_min, k_eta_max) / k_eta_min) / std::log(k_eta_max / k_eta_min);
+  const Cell e(position, k_glass_size), a(std::sqrt(std::max(alpha, 0.0f)), k_glass_size), c(cos_view, k_glass_size);
+  const float* slice = table.value.data() + e.index * k_glass_size * k_glass_size;
+  return lerp(bilinear(slice, k_glass_size, a, c), bilinear(slice + k_glass_size * k_glass_size, k_glass_size, a, c),
+              e.fraction);
+}
+
+}  // namespace lambent

@@ -1,0 +1,277 @@
+#include "engine/shading/bsdf_set.h"
+
+#include "engine/shading/lobe_functions.h"
+
+namespace lambent {
+namespace {
+
+// Weights below this are dropped, as in Cycles (CLOSURE_WEIGHT_CUTOFF).
+constexpr float k_weight_cutoff = 1e-5f;
+
+float average(const Color& c) { return (c.x + c.y + c.z) * (1.0f / 3.0f); }
+
+// Finite and not negative; `changed` is set if it was not.
+float sane(float x, float low, float high, float otherwise) {
+  return std::isfinite(x) ? std::clamp(x, low, high) : otherwise;
+}
+Color sane_color(const Color& c, float high) {
+  return Color(sane(c.x, 0.0f, high, 0.0f), sane(c.y, 0.0f, high, 0.0f), sane(c.z, 0.0f, high, 0.0f));
+}
+
+// How much of the mixture's samples the lobe gets, seen from a direction with cosine `cos_view` to its normal.
+float selection(const Lobe& lobe, float cos_view) { return average(lobe.weight * lobe_albedo(lobe, cos_view)); }
+
+// Smooths what a bumped diffuse lobe would cut off hard at the smooth terminator (Chiang, Li & Burley 2019, as Cycles).
+float bump_shadowing(const Vec3& ns, const Vec3& n, const Vec3& light) {
+  const float cos_light = dot(n, light);
+  const Vec3 reference = cos_light < 0.0f ? ns * -1.0f : ns;
+  const float denominator = cos_light * dot(reference, n);
+  if (denominator == 0.0f) return 0.0f;
+  const float g = dot(reference, light) / denominator;
+  if (g >= 1.0f) return 1.0f;
+  if (g < 0.0f) return 0.0f;
+  return g + g * g - g * g * g;
+}
+
+// Importance is scaled by |wo·ng|/|wi·ng| (lobe.h); grazing arrival is cut where the factor means nothing any more.
+float adjoint(const Vec3& ng, const Vec3& wi, const Vec3& wo, Transport transport) {
+  if (transport == Transport::radiance) return 1.0f;
+  const float cos_wi = std::fabs(dot(wi, ng));
+  return cos_wi > 1e-6f ? std::fabs(dot(wo, ng)) / cos_wi : 0.0f;
+}
+
+uint8_t event_of(const Lobe& lobe, bool transmitted) {
+  if (lobe.kind == LobeKind::transparent) return k_scatter_transparent | k_scatter_delta;
+  uint8_t event = is_diffuse(lobe.kind) ? k_scatter_diffuse : k_scatter_glossy;
+  if (transmitted) event |= k_scatter_transmission;
+  if (is_delta(lobe)) event |= k_scatter_delta;
+  return event;
+}
+
+// One lobe's share of the mixture for a pair of directions.
+struct Term {
+  Color f_cos{0.0f};
+  float pdf = 0.0f, pdf_reverse = 0.0f;
+};
+
+Term eval_term(const Lobe& lobe, const Vec3& ng, const Vec3& ns, const Vec3& wi, const Vec3& wo, Transport transport,
+               bool reverse) {
+  Term term;
+  const bool camera_is_wi = transport == Transport::radiance;
+  LobeValue value;
+  float cos_wi = dot(lobe.n, wi), cos_wo = dot(lobe.n, wo);
+  if (lobe.kind == LobeKind::diffuse) {  // the commonest lobe needs no frame
+    if (cos_wi <= 0.0f || cos_wo <= 0.0f) return term;
+    value.f_cos = Color(k_inv_pi * (camera_is_wi ? cos_wo : cos_wi));
+    value.pdf_solid_angle = cos_wo * k_inv_pi;
+    value.pdf_reverse_solid_angle = cos_wi * k_inv_pi;
+  } else {
+    const Frame frame = lobe_frame(lobe);
+    value = eval_lobe(lobe, frame.to_local(wi), frame.to_local(wo), camera_is_wi);
+  }
+  // Reflection stays on the smooth surface's side. A direction below the facet is evaluated (the terminator of coarse
+  // meshes is not cut), but sample() never makes it.
+  const bool reflected = cos_wi * cos_wo > 0.0f;
+  if ((dot(ns, wo) > 0.0f) != reflected) return term;
+  const bool sampled = (dot(ng, wi) * dot(ng, wo) > 0.0f) == reflected;
+  term.f_cos = lobe.weight * value.f_cos;
+  if (is_diffuse(lobe.kind) && lobe.n != ns) term.f_cos *= bump_shadowing(ns, lobe.n, camera_is_wi ? wo : wi);
+  if (sampled) {
+    term.pdf = value.pdf_solid_angle;
+    if (reverse) term.pdf_reverse = value.pdf_reverse_solid_angle;
+  }
+  return term;
+}
+
+}  // namespace
+
+void Bsdf::begin(const ShadingPoint& point) {
+  count_ = 0;
+  has_non_delta_ = false;
+  ng_world_ = point.ng_world;
+  ns_world_ = point.ns_world;
+  transparency_ = emission_ = Color(0.0f);
+}
+
+void Bsdf::add(const Lobe& lobe_in) {
+  Lobe lobe = lobe_in;
+  lobe.weight = sane_color(lobe.weight, 1e30f);
+  if (!(average(lobe.weight) >= k_weight_cutoff)) return;
+  lobe.alpha_x = sane(lobe.alpha_x, 0.0f, 1.0f, 1.0f);
+  lobe.alpha_y = sane(lobe.alpha_y, 0.0f, 1.0f, 1.0f);
+  lobe.param = sane(lobe.param, 0.0f, 1.0f, 0.0f);
+  lobe.eta = sane(lobe.eta, 1e-5f, 1e5f, 1.0f);
+  lobe.f0 = sane_color(lobe.f0, 1.0f);
+  lobe.f90 = sane_color(lobe.f90, 1.0f);
+  if (!is_finite(lobe.n) || length_squared(lobe.n) < 0.25f) lobe.n = ns_world_;
+  if (!is_finite(lobe.tangent)) lobe.tangent = Vec3(0.0f);
+  if (is_microfacet(lobe.kind)) {
+    // Transmission without a change of index goes straight on, whatever the roughness: the lobe narrows to a delta.
+    if (lobe.kind != LobeKind::reflection && std::fabs(lobe.eta - 1.0f) < 1e-4f) {
+      if (lobe.kind == LobeKind::glass) {
+        lobe.weight *= lobe.f90;
+        lobe.kind = LobeKind::refraction;
+        lobe.energy_compensation = false;
+      }
+      lobe.alpha_x = lobe.alpha_y = 0.0f;
+    }
+    if (!is_delta(lobe)) {
+      lobe.alpha_x = std::max(lobe.alpha_x, k_delta_alpha);
+      lobe.alpha_y = std::max(lobe.alpha_y, k_delta_alpha);
+    } else {
+      lobe.energy_compensation = false;
+    }
+    if (lobe.alpha_x == lobe.alpha_y) lobe.tangent = Vec3(0.0f);
+  }
+  if (lobe.kind == LobeKind::transparent) {
+    transparency_ += lobe.weight;
+    for (int i = 0; i < count_; ++i)
+      if (lobes_[i].kind == LobeKind::transparent) {
+        lobes_[i].weight += lobe.weight;
+        return;
+      }
+  }
+  if (count_ == k_max_lobes) {
+    for (int i = 0; i < count_; ++i)
+      if (lobes_[i].kind == LobeKind::diffuse) {
+        lobes_[i].weight += lobe.weight;
+        return;
+      }
+    Lobe& last = lobes_[count_ - 1];
+    if (last.kind == LobeKind::transparent) std::swap(lobes_[count_ - 2], last);
+    lobe.weight += last.weight;
+    lobe.kind = LobeKind::diffuse;
+    last = lobe;
+    has_non_delta_ = true;
+    return;
+  }
+  lobes_[count_++] = lobe;
+  has_non_delta_ |= !is_delta(lobe);
+}
+
+void Bsdf::add_emission(const Color& radiance) {
+  if (is_finite(radiance)) emission_ += radiance;
+}
+
+BsdfEval Bsdf::eval(const Vec3& wi_world, const Vec3& wo_world, Transport transport, ReversePdf reverse_pdf) const {
+  BsdfEval result;
+  if (!has_non_delta_) return result;
+  const bool reverse = reverse_pdf == ReversePdf::yes;
+  float selected = 0.0f, selected_reverse = 0.0f;
+  for (int i = 0; i < count_; ++i) {
+    const Lobe& lobe = lobes_[i];
+    const float share = count_ > 1 ? selection(lobe, dot(lobe.n, wi_world)) : 1.0f;
+    const float share_reverse = count_ > 1 && reverse ? selection(lobe, dot(lobe.n, wo_world)) : 1.0f;
+    selected += share;
+    selected_reverse += share_reverse;
+    if (is_delta(lobe)) continue;
+    const Term term = eval_term(lobe, ng_world_, ns_world_, wi_world, wo_world, transport, reverse);
+    result.f_cos += term.f_cos;
+    if (is_diffuse(lobe.kind))
+      result.diffuse_f_cos += term.f_cos;
+    else if (lobe.kind != LobeKind::reflection && dot(lobe.n, wo_world) < 0.0f)
+      result.transmission_f_cos += term.f_cos;
+    result.pdf_solid_angle += share * term.pdf;
+    result.pdf_reverse_solid_angle += share_reverse * term.pdf_reverse;
+  }
+  const float factor = adjoint(ng_world_, wi_world, wo_world, transport);
+  if (factor != 1.0f) {
+    result.f_cos *= factor;
+    result.diffuse_f_cos *= factor;
+    result.transmission_f_cos *= factor;
+  }
+  result.pdf_solid_angle = selected > 0.0f ? result.pdf_solid_angle / selected : 0.0f;
+  result.pdf_reverse_solid_angle =
+      reverse && selected_reverse > 0.0f ? result.pdf_reverse_solid_angle / selected_reverse : 0.0f;
+  return result;
+}
+
+BsdfSample Bsdf::sample(const Vec3& wi_world, float u_lobe, const Vec2& u, Transport transport,
+                        ReversePdf reverse_pdf) const {
+  BsdfSample result;
+  if (count_ == 0) return result;
+  float shares[k_max_lobes];
+  float total = 0.0f;
+  if (count_ == 1) {
+    shares[0] = total = 1.0f;
+  } else {
+    for (int i = 0; i < count_; ++i) total += shares[i] = selection(lobes_[i], dot(lobes_[i].n, wi_world));
+    if (!(total > 0.0f)) return result;
+  }
+  int picked = 0;
+  float threshold = u_lobe * total;
+  while (picked + 1 < count_ && threshold >= shares[picked]) threshold -= shares[picked++];
+  while (picked > 0 && shares[picked] <= 0.0f) --picked;  // rounding at u_lobe near 1
+  if (!(shares[picked] > 0.0f)) return result;
+  const float u_choice = std::clamp(threshold / shares[picked], 0.0f, k_one_minus_epsilon);
+  const float prob = shares[picked] / total;
+
+  const Lobe& lobe = lobes_[picked];
+  const bool camera_is_wi = transport == Transport::radiance;
+  const Frame frame = lobe_frame(lobe);
+  const LobeSample sampled = sample_lobe(lobe, frame.to_local(wi_world), u_choice, u, camera_is_wi);
+  if (!sampled.valid) return result;
+  const bool transparent = lobe.kind == LobeKind::transparent;
+  const Vec3 wo = transparent ? wi_world * -1.0f : normalize(frame.to_world(sampled.wo));
+  // Reflection must leave on the geometric side it came from, transmission on the other: else the light is absorbed.
+  if (!transparent && (dot(ng_world_, wo) * dot(ng_world_, wi_world) > 0.0f) == sampled.transmitted) return result;
+
+  result.wo_world = wo;
+  result.event = event_of(lobe, sampled.transmitted);
+  result.eta = transparent ? 1.0f : sampled.eta;
+  result.roughness = is_microfacet(lobe.kind) ? std::sqrt(lobe.alpha_x * lobe.alpha_y) : transparent ? 0.0f : 1.0f;
+  if (is_delta(lobe)) {
+    const float factor = transparent ? 1.0f : adjoint(ng_world_, wi_world, wo, transport);
+    result.weight = lobe.weight * sampled.delta_f * (factor / prob);
+    result.pdf_solid_angle = prob * sampled.prob;
+    if (reverse_pdf == ReversePdf::yes) {
+      float total_reverse = 0.0f, share_reverse = 0.0f;
+      for (int i = 0; i < count_; ++i) {
+        const float share = count_ == 1 ? 1.0f : selection(lobes_[i], dot(lobes_[i].n, wo));
+        total_reverse += share;
+        if (i == picked) share_reverse = share;
+      }
+      result.pdf_reverse_solid_angle =
+          total_reverse > 0.0f ? share_reverse / total_reverse * sampled.prob_reverse : 0.0f;
+    }
+    return result;
+  }
+  const BsdfEval eval_all = eval(wi_world, wo, transport, reverse_pdf);
+  if (!(eval_all.pdf_solid_angle > 0.0f) || !std::isfinite(eval_all.pdf_solid_angle)) return BsdfSample{};
+  result.weight = eval_all.f_cos * (1.0f / eval_all.pdf_solid_angle);
+  result.pdf_solid_angle = eval_all.pdf_solid_angle;
+  result.pdf_reverse_solid_angle = eval_all.pdf_reverse_solid_angle;
+  if (!is_finite(result.weight)) return BsdfSample{};
+  return result;
+}
+
+Color Bsdf::albedo(const Vec3& wi_world) const {
+  Color sum(0.0f);
+  for (int i = 0; i < count_; ++i) sum += lobes_[i].weight * lobe_albedo(lobes_[i], dot(lobes_[i].n, wi_world));
+  return sum;
+}
+
+Bsdf::Albedos Bsdf::albedos(const Vec3& wi_world) const {
+  Albedos sums;
+  for (int i = 0; i < count_; ++i) {
+    const Lobe& lobe = lobes_[i];
+    const Color albedo = lobe.weight * lobe_albedo(lobe, dot(lobe.n, wi_world));
+    if (is_diffuse(lobe.kind))
+      sums.diffuse += albedo;
+    else if (lobe.kind == LobeKind::reflection)
+      sums.glossy += albedo;
+    else if (lobe.kind != LobeKind::transparent)
+      sums.transmission += albedo;
+  }
+  return sums;
+}
+
+Vec3 Bsdf::mean_normal() const {
+  Vec3 sum(0.0f);
+  for (int i = 0; i < count_; ++i)
+    if (lobes_[i].kind != LobeKind::transparent) sum += lobes_[i].n * average(lobes_[i].weight);
+  const Vec3 n = normalize(sum);
+  return length_squared(n) > 0.0f ? n : ns_world_;
+}
+
+}  // namespace lambent

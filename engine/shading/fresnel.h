@@ -1,0 +1,67 @@
+// Fresnel terms. `eta` is always the index beyond the surface over the index on the side of the cosine.
+#pragma once
+
+#include "engine/base/vec.h"
+
+namespace lambent {
+
+/// Unpolarised reflectance of a smooth dielectric; 1 beyond the critical angle. @param cos_incident in [-1, 1], its
+/// sign is ignored. Continuous in both arguments; exactly 0 for eta = 1 off grazing. (Cook & Torrance 1982's form.)
+inline float fresnel_dielectric(float cos_incident, float eta) {
+  const float c = std::min(std::fabs(cos_incident), 1.0f);
+  const float g_squared = (eta - 1.0f) * (eta + 1.0f) + c * c;
+  if (!(g_squared > 0.0f)) return 1.0f;
+  const float g = std::sqrt(g_squared);
+  const float sum = g + c;
+  if (sum <= 0.0f) return 1.0f;
+  const float a = ((eta - 1.0f) * (eta + 1.0f) / sum) / sum;  // (g - c)/(g + c) without cancellation
+  const float b = (c * sum - 1.0f) / (c * (g - c) + 1.0f);
+  return std::min(0.5f * a * a * (1.0f + b * b), 1.0f);
+}
+
+/// Reflectance at normal incidence.
+inline float fresnel_normal(float eta) { return sqr((eta - 1.0f) / (eta + 1.0f)); }
+
+/// Index of refraction that reflects f0 at normal incidence; f0 in [0, 0.99].
+inline float eta_from_f0(float f0) {
+  const float root = std::sqrt(std::clamp(f0, 0.0f, 0.99f));
+  return (1.0f + root) / (1.0f - root);
+}
+
+/// (1 − cos)^5 of Schlick 1994, with the cosine clamped to [0, 1].
+inline float schlick_weight(float cosine) {
+  const float m = std::clamp(1.0f - cosine, 0.0f, 1.0f);
+  const float m2 = m * m;
+  return m2 * m2 * m;
+}
+
+/// How far the dielectric curve of eta has risen from its value at normal incidence (0) to 1.
+inline float fresnel_rise(float cosine, float eta) {
+  const float f0 = fresnel_normal(eta);
+  if (f0 >= 1.0f) return 0.0f;
+  return std::clamp((fresnel_dielectric(cosine, eta) - f0) / (1.0f - f0), 0.0f, 1.0f);
+}
+
+/// Metal with colour f0 at normal incidence and f82·(Schlick) at arccos(1/7) (Kutz, Hašan & Edmondson 2021).
+inline Color fresnel_f82(float cosine, const Color& f0, const Color& f82) {
+  constexpr float k_cos = 1.0f / 7.0f;
+  constexpr float k_w5 = 0.46266436f, k_w6 = 0.39656944f;  // (1 − 1/7)^5 and ^6
+  const Color schlick82 = lerp(f0, Color(1.0f), k_w5);
+  const Color b = schlick82 * (Color(1.0f) - f82) * (1.0f / (k_cos * k_w6));
+  const float c = std::clamp(cosine, 0.0f, 1.0f);
+  const float m = 1.0f - c, m5 = m * m * m * m * m;
+  const Color f = lerp(f0, Color(1.0f), m5) - b * (c * m5 * m);
+  return Color(std::clamp(f.x, 0.0f, 1.0f), std::clamp(f.y, 0.0f, 1.0f), std::clamp(f.z, 0.0f, 1.0f));
+}
+
+/// Direction refracted at a facet with unit normal m (dot(w, m) > 0), away from the surface; false beyond the critical
+/// angle.
+inline bool refract(const Vec3& w, const Vec3& m, float eta, Vec3& refracted) {
+  const float cos_w = dot(w, m);
+  const float sin2_t = std::max(0.0f, 1.0f - cos_w * cos_w) / (eta * eta);
+  if (sin2_t >= 1.0f) return false;
+  refracted = normalize(w * (-1.0f / eta) + m * (cos_w / eta - std::sqrt(1.0f - sin2_t)));
+  return true;
+}
+
+}  // namespace lambent

@@ -1,0 +1,350 @@
+// Value, densities, sampling and albedo of one lobe, for Bsdf and for tests.
+//
+// All in the lobe's local frame (z = n). `wi` is where the walk came from, `wo` where it goes; either may be on either
+// side, so that a walk can be evaluated reversed. `camera` and `light` are the same two directions by their part in
+// light transport (lobe.h).
+#pragma once
+
+#include "engine/base/frame.h"
+#include "engine/shading/albedo_table.h"
+#include "engine/shading/fresnel.h"
+#include "engine/shading/lobe.h"
+#include "engine/shading/microfacet.h"
+
+namespace lambent {
+
+/// f_cos: without the lobe's weight. pdf_solid_angle: of sampling wo given wi.
+struct LobeValue {
+  Color f_cos{0.0f};
+  float pdf_solid_angle = 0.0f;
+  float pdf_reverse_solid_angle = 0.0f;
+};
+
+struct LobeSample {
+  Vec3 wo{0.0f};
+  Color delta_f{0.0f};  ///< delta lobes: f·cos/prob given that the lobe was picked, before the adjoint's factor
+  float prob = 1.0f;    ///< delta lobes: of the direction given the lobe (glass: reflection or refraction)
+  float prob_reverse = 1.0f;
+  float eta = 1.0f;  ///< transmitted over incident if transmitted
+  bool valid = false;
+  bool transmitted = false;
+};
+
+inline bool is_microfacet(LobeKind kind) { return kind >= LobeKind::reflection; }
+inline bool is_delta(const Lobe& lobe) {
+  return lobe.kind == LobeKind::transparent ||
+         (is_microfacet(lobe.kind) && lobe.alpha_x * lobe.alpha_y <= k_delta_alpha * k_delta_alpha);
+}
+inline bool is_diffuse(LobeKind kind) { return kind <= LobeKind::translucent; }
+inline Frame lobe_frame(const Lobe& lobe) {
+  return length_squared(lobe.tangent) > 0.0f ? Frame::from_normal_and_tangent(lobe.n, lobe.tangent)
+                                             : Frame::from_normal(lobe.n);
+}
+/// Index ratio as seen by a direction on the given side.
+inline float eta_seen_from(const Lobe& lobe, float cos_side) { return cos_side >= 0.0f ? lobe.eta : 1.0f / lobe.eta; }
+
+/// Fresnel factor of reflection off a facet at `cos_facet`.
+inline Color facet_reflectance(const Lobe& lobe, float cos_facet, float eta) {
+  switch (lobe.fresnel) {
+    case FresnelMode::none:
+      return Color(1.0f);
+    case FresnelMode::dielectric:
+      return Color(fresnel_dielectric(cos_facet, eta));
+    case FresnelMode::schlick:
+      return lerp(lobe.f0, lobe.f90, fresnel_rise(cos_facet, eta));
+    case FresnelMode::f82:
+      return fresnel_f82(cos_facet, lobe.f0, lobe.f90);
+  }
+  return Color(1.0f);
+}
+
+/// Factor at the macroscopic normal, and multiscatter compensation: functions of the camera's cosine alone, so the same
+/// for both directions of transport.
+inline Color camera_factor(const Lobe& lobe, float cos_camera) {
+  Color factor(1.0f);
+  if (lobe.macro_fresnel) {
+    const float f = fresnel_dielectric(cos_camera, eta_seen_from(lobe, cos_camera));
+    factor = Color(lobe.kind == LobeKind::refraction ? 1.0f - f : f);
+  }
+  if (lobe.energy_compensation) {
+    const float alpha = std::sqrt(lobe.alpha_x * lobe.alpha_y), c = std::fabs(cos_camera);
+    if (lobe.kind == LobeKind::glass) {
+      factor *= 1.0f / ggx_glass_albedo(c, alpha, eta_seen_from(lobe, cos_camera));
+    } else {
+      const float e = ggx_reflection_albedo(c, alpha);
+      factor *= Color(1.0f) + lobe.f0 * ((1.0f - e) / e);  // Turquin 2019, eq. 16
+    }
+  }
+  return factor;
+}
+
+/// Share of light that the lobe sends on, seen from a direction with cosine `cos_view` to n: an estimate, exact for
+/// Lambert and mirrors. Drives the choice of lobes, so both directions' densities use it.
+inline Color lobe_albedo(const Lobe& lobe, float cos_view) {
+  const float c = std::fabs(cos_view);
+  switch (lobe.kind) {
+    case LobeKind::diffuse:
+    case LobeKind::oren_nayar:
+    case LobeKind::principled_diffuse:
+    case LobeKind::translucent:
+    case LobeKind::transparent:
+      return Color(1.0f);
+    case LobeKind::principled_sheen:
+      return Color(0.02f + 0.3f * schlick_weight(c));
+    case LobeKind::velvet:
+      return Color(0.1f + 0.6f * schlick_weight(c));
+    case LobeKind::sheen:
+      return Color(0.1f + 0.6f * schlick_weight(c));
+    case LobeKind::reflection: {
+      const Color f = facet_reflectance(lobe, c, eta_seen_from(lobe, cos_view));
+      return lobe.macro_fresnel ? f * fresnel_dielectric(c, eta_seen_from(lobe, cos_view)) : f;
+    }
+    case LobeKind::refraction:
+      return Color(lobe.macro_fresnel ? 1.0f - fresnel_dielectric(c, eta_seen_from(lobe, cos_view)) : 1.0f);
+    case LobeKind::glass: {
+      const float f = fresnel_dielectric(c, eta_seen_from(lobe, cos_view));
+      return lobe.f0 * f + lobe.f90 * (1.0f - f);
+    }
+  }
+  return Color(1.0f);
+}
+
+// --- Rough reflection and refraction ---------------------------------------------------------------------------------
+
+/// Probability of glass reflecting at a facet, given the walk's direction: by the tinted Fresnel term.
+inline float glass_prob_reflect(const Lobe& lobe, float fresnel) {
+  const float r = fresnel * max_component(lobe.f0), t = (1.0f - fresnel) * max_component(lobe.f90);
+  return r + t > 0.0f ? r / (r + t) : 1.0f;
+}
+
+inline LobeValue eval_rough_reflection(const Lobe& lobe, const Vec3& wi, const Vec3& wo, bool camera_is_wi) {
+  LobeValue value;
+  if (wi.z * wo.z <= 0.0f) return value;
+  // Below the surface (inside glass, walk reversed): mirror both directions to the upper side.
+  const float side = wi.z > 0.0f ? 1.0f : -1.0f;
+  const Vec3 a = wi * side, b = wo * side;
+  const Vec3 m = normalize(a + b);
+  const float cos_m = dot(a, m);
+  if (!(m.z > 0.0f && cos_m > 0.0f)) return value;
+  const Microfacets facets(lobe);
+  const float d = facets.d(m);
+  if (!(d > 0.0f)) return value;
+  const float g_wi = facets.g1(a), g_wo = facets.g1(b);
+  const float eta = eta_seen_from(lobe, wi.z);
+  const float camera_cos = camera_is_wi ? a.z : b.z;
+
+  Color reflectance;
+  float prob_reflect = 1.0f;
+  if (lobe.kind == LobeKind::glass) {
+    const float f = fresnel_dielectric(cos_m, eta);
+    reflectance = lobe.f0 * f;
+    prob_reflect = glass_prob_reflect(lobe, f);  // the same from both sides: a·m = b·m
+  } else {
+    reflectance = facet_reflectance(lobe, cos_m, eta);
+  }
+  value.f_cos = reflectance * camera_factor(lobe, camera_cos * side) * (d * g_wi * g_wo / (4.0f * camera_cos));
+  if (facets.distribution == Distribution::gtr1) {
+    value.pdf_solid_angle = value.pdf_reverse_solid_angle = d * m.z / (4.0f * cos_m);
+  } else {
+    value.pdf_solid_angle = prob_reflect * g_wi * d / (4.0f * a.z);
+    value.pdf_reverse_solid_angle = prob_reflect * g_wo * d / (4.0f * b.z);
+  }
+  return value;
+}
+
+inline LobeValue eval_rough_refraction(const Lobe& lobe, const Vec3& wi, const Vec3& wo, bool camera_is_wi) {
+  LobeValue value;
+  if (wi.z * wo.z >= 0.0f) return value;
+  const float eta = eta_seen_from(lobe, wi.z);
+  // Walter et al. 2007, eq. 16, turned to wi's side
+  Vec3 m = normalize(wi + wo * eta);
+  if (m.z * wi.z < 0.0f) m = m * -1.0f;
+  const float wi_m = dot(wi, m), wo_m = dot(wo, m);
+  if (!(wi_m > 0.0f && wo_m < 0.0f)) return value;
+  const float side = wi.z > 0.0f ? 1.0f : -1.0f;
+  const Microfacets facets(lobe);
+  const float d = facets.d(m * side);
+  if (!(d > 0.0f)) return value;
+  const float g_wi = facets.g1(wi), g_wo = facets.g1(wo);
+  const float wi_density = wi_m + eta * wo_m;     // eq. 17: dω_m/dω_o = eta²|wo·m|/(wi·m + eta·wo·m)²
+  const float wo_density = -(wo_m + wi_m / eta);  // seen from wo, with the index ratio inverted
+  if (wi_density == 0.0f || wo_density == 0.0f) return value;
+  const float jacobian_wo = eta * eta * -wo_m / sqr(wi_density);
+  const float jacobian_wi = wi_m / (eta * eta) / sqr(wo_density);
+
+  float transmitted = 1.0f, prob_wi = 1.0f, prob_wo = 1.0f;
+  Color tint(1.0f);
+  if (lobe.kind == LobeKind::glass) {
+    const float f = fresnel_dielectric(wi_m, eta);  // equal from both sides
+    transmitted = 1.0f - f;
+    tint = lobe.f90;
+    prob_wi = prob_wo = 1.0f - glass_prob_reflect(lobe, f);
+  }
+  // Radiance is carried as L/n²: no division by eta² (lobe.h).
+  const float camera_cos = camera_is_wi ? wi.z : wo.z;
+  const float jacobian_light = camera_is_wi ? jacobian_wo : jacobian_wi;
+  const float camera_m = camera_is_wi ? wi_m : -wo_m;
+  value.f_cos = tint * camera_factor(lobe, camera_cos) *
+                (transmitted * d * g_wi * g_wo * camera_m * jacobian_light / std::fabs(camera_cos));
+  value.pdf_solid_angle = prob_wi * g_wi * d * wi_m / std::fabs(wi.z) * jacobian_wo;
+  value.pdf_reverse_solid_angle = prob_wo * g_wo * d * -wo_m / std::fabs(wo.z) * jacobian_wi;
+  return value;
+}
+
+// --- All kinds -----------------------------------------------------------------------------------------------------
+
+/// f_cos and densities of a lobe that is not delta. Zero where the lobe does not connect the two directions.
+inline LobeValue eval_lobe(const Lobe& lobe, const Vec3& wi, const Vec3& wo, bool camera_is_wi) {
+  LobeValue value;
+  const Vec3& camera = camera_is_wi ? wi : wo;
+  const Vec3& light = camera_is_wi ? wo : wi;
+  if (is_microfacet(lobe.kind)) {
+    if (lobe.kind == LobeKind::reflection) {
+      if (wi.z <= 0.0f) return value;
+      return eval_rough_reflection(lobe, wi, wo, camera_is_wi);
+    }
+    if (lobe.kind == LobeKind::glass && wi.z * wo.z > 0.0f) return eval_rough_reflection(lobe, wi, wo, camera_is_wi);
+    return eval_rough_refraction(lobe, wi, wo, camera_is_wi);
+  }
+  if (lobe.kind == LobeKind::translucent) {
+    if (wi.z * wo.z >= 0.0f) return value;
+    value.f_cos = Color(std::fabs(light.z) * k_inv_pi);
+    value.pdf_solid_angle = std::fabs(wo.z) * k_inv_pi;
+    value.pdf_reverse_solid_angle = std::fabs(wi.z) * k_inv_pi;
+    return value;
+  }
+  if (wi.z <= 0.0f || wo.z <= 0.0f) return value;
+  value.pdf_solid_angle = wo.z * k_inv_pi;
+  value.pdf_reverse_solid_angle = wi.z * k_inv_pi;
+  float f = 0.0f;
+  switch (lobe.kind) {
+    case LobeKind::diffuse:
+      f = k_inv_pi;
+      break;
+    case LobeKind::oren_nayar: {
+      // The qualitative model with the full normalisation of Fujii, as Cycles
+      const float sigma = lobe.param;
+      const float scale = 1.0f / (k_pi + (3.0f * k_pi - 4.0f) / 6.0f * sigma);
+      float t = dot(wi, wo) - wi.z * wo.z;
+      if (t > 0.0f) t /= std::max(wi.z, wo.z);
+      f = std::max(0.0f, scale * (1.0f + sigma * t));
+      break;
+    }
+    case LobeKind::principled_diffuse: {
+      // Burley 2015, eq. 3 and 4: Lambert with entry and exit Fresnel, plus the retro-reflective lobe
+      const float f_i = schlick_weight(wi.z), f_o = schlick_weight(wo.z);
+      const float rr = lobe.param * (dot(wi, wo) + 1.0f);  // 2·roughness·cos²θ_d
+      f = k_inv_pi * ((1.0f - 0.5f * f_i) * (1.0f - 0.5f * f_o) + rr * (f_i + f_o + f_i * f_o * (rr - 1.0f)));
+      break;
+    }
+    case LobeKind::principled_sheen: {
+      const float cos_d = std::sqrt(std::max(0.0f, 0.5f * (1.0f + dot(wi, wo))));
+      f = schlick_weight(cos_d);  // no 1/π: as Cycles
+      break;
+    }
+    case LobeKind::velvet: {
+      value.pdf_solid_angle = value.pdf_reverse_solid_angle = 0.5f * k_inv_pi;
+      const Vec3 h = normalize(wi + wo);
+      const float cos_h = h.z, cos_d = dot(wi, h);
+      if (!(cos_h < 1.0f - 1e-5f && cos_d > 1e-5f)) break;
+      const float sin2 = 1.0f - cos_h * cos_h;
+      const float inv_sigma2 = 1.0f / sqr(std::max(lobe.param, 0.01f));
+      const float d = std::exp(-cos_h * cos_h / sin2 * inv_sigma2) * inv_sigma2 * k_inv_pi / sqr(sin2);
+      const float ratio = 2.0f * std::max(cos_h / cos_d, 1e-5f);
+      const float g = std::min(1.0f, ratio * std::min(wi.z, wo.z));
+      f = 0.25f * d * g / (wi.z * wo.z);
+      break;
+    }
+    case LobeKind::sheen: {
+      value.pdf_solid_angle = value.pdf_reverse_solid_angle = 0.5f * k_inv_pi;
+      const Vec3 h = normalize(wi + wo);
+      const float inv_alpha = 1.0f / std::max(lobe.alpha_x, 0.05f);
+      const float sin2 = std::max(0.0f, 1.0f - h.z * h.z);
+      const float d = (2.0f + inv_alpha) * std::pow(sin2, 0.5f * inv_alpha) * 0.5f * k_inv_pi;
+      f = d / (4.0f * (wi.z + wo.z - wi.z * wo.z));  // Ashikhmin's visibility, as Estevez & Kulla 2017 suggest
+      break;
+    }
+    default:
+      break;
+  }
+  value.f_cos = Color(f * light.z);
+  static_cast<void>(camera);
+  return value;
+}
+
+inline Vec3 sample_cosine_hemisphere(const Vec2& u) {
+  const float r = std::sqrt(u.x), phi = 2.0f * k_pi * u.y;
+  return {r * std::cos(phi), r * std::sin(phi), std::sqrt(std::max(1e-12f, 1.0f - u.x))};
+}
+inline Vec3 sample_uniform_hemisphere(const Vec2& u) {
+  const float z = std::max(1.0f - u.x, 1e-6f), r = safe_sqrt(1.0f - z * z), phi = 2.0f * k_pi * u.y;
+  return {r * std::cos(phi), r * std::sin(phi), z};
+}
+
+/// Samples wo given wi on n's side (wi.z > 0). @param u_choice in [0, 1): glass's choice.
+inline LobeSample sample_lobe(const Lobe& lobe, const Vec3& wi, float u_choice, const Vec2& u, bool camera_is_wi) {
+  LobeSample sample;
+  if (lobe.kind == LobeKind::transparent) {
+    sample.wo = wi * -1.0f;
+    sample.delta_f = Color(1.0f);
+    sample.valid = sample.transmitted = true;
+    return sample;
+  }
+  if (wi.z <= 0.0f) return sample;
+  switch (lobe.kind) {
+    case LobeKind::diffuse:
+    case LobeKind::oren_nayar:
+    case LobeKind::principled_diffuse:
+    case LobeKind::principled_sheen:
+      sample.wo = sample_cosine_hemisphere(u);
+      break;
+    case LobeKind::translucent:
+      sample.wo = sample_cosine_hemisphere(u);
+      sample.wo.z = -sample.wo.z;
+      sample.transmitted = true;
+      break;
+    case LobeKind::velvet:
+    case LobeKind::sheen:
+      sample.wo = sample_uniform_hemisphere(u);
+      break;
+    default: {
+      const bool delta = is_delta(lobe);
+      const Microfacets facets(lobe);
+      const Vec3 m = delta ? Vec3(0, 0, 1) : facets.sample_normal(wi, u);
+      const float cos_m = dot(wi, m);
+      if (!(cos_m > 0.0f)) return sample;
+      bool reflects = lobe.kind == LobeKind::reflection;
+      float f = 0.0f;
+      if (lobe.kind == LobeKind::glass) {
+        f = fresnel_dielectric(cos_m, lobe.eta);
+        sample.prob = glass_prob_reflect(lobe, f);
+        reflects = u_choice < sample.prob;
+        if (!reflects) sample.prob = 1.0f - sample.prob;
+        sample.prob_reverse = sample.prob;
+      }
+      if (reflects) {
+        sample.wo = m * (2.0f * cos_m) - wi;
+        if (sample.wo.z <= 0.0f) return sample;
+      } else {
+        if (!refract(wi, m, lobe.eta, sample.wo) || sample.wo.z >= 0.0f) return sample;
+        sample.transmitted = true;
+        sample.eta = lobe.eta;
+      }
+      if (delta) {
+        const float camera_cos = camera_is_wi ? wi.z : sample.wo.z;
+        Color value = camera_factor(lobe, camera_cos);
+        if (lobe.kind == LobeKind::glass)
+          value *= (reflects ? lobe.f0 * f : lobe.f90 * (1.0f - f)) * (1.0f / sample.prob);
+        else if (reflects)
+          value *= facet_reflectance(lobe, cos_m, lobe.eta);
+        // With the camera at wo the delta is in wi: dω_wi/dω_wo turns it into one in wo (lobe.h; Veach 1997, ch. 5.2)
+        if (!reflects && !camera_is_wi) value *= std::fabs(wi.z / sample.wo.z) / sqr(lobe.eta);
+        sample.delta_f = value;
+      }
+    }
+  }
+  sample.valid = true;
+  return sample;
+}
+
+}  // namespace lambent

@@ -1,0 +1,206 @@
+"""Starts Blender on a scene and collects pictures, times and memory: what the comparisons with Cycles share.
+
+Blender runs with factory settings and a user folder of its own, in which the source tree's add-on is linked: nothing of
+the user's is read or changed.
+"""
+
+import dataclasses
+import json
+import os
+import pathlib
+import re
+import subprocess
+import threading
+import time
+
+import numpy
+import OpenImageIO as oiio
+
+k_root = pathlib.Path(__file__).resolve().parent.parent.parent
+k_render_job = pathlib.Path(__file__).resolve().parent / "render_job.py"
+k_third_party = pathlib.Path(os.environ.get("LAMBENT_SHARED_SCENES", k_root.parent / "shared" / "scenes")) / "third_party"
+
+
+class BlenderFailed(RuntimeError):
+    """A run of Blender ended badly; the message holds the end of what it said."""
+
+
+@dataclasses.dataclass
+class Run:
+    """One run of Blender: its pictures float32[seed][height][width][4] (row 0 at the bottom) and what it cost."""
+
+    pictures: numpy.ndarray
+    seconds: list  # wall time of each render() call, export and build included
+    until_sampling: list  # of these, until the first sample began (None where the engine did not say)
+    until_pixels: list  # until the first samples or tiles were done (None where it did not say)
+    peak_bytes: int  # largest sum of the proportional memory of Blender and of every process that it started
+    log: str
+
+
+def build_dir():
+    """Returns the folder of the build under test."""
+    return pathlib.Path(os.environ.get("LAMBENT_BUILD_DIR", k_root / "build" / "release"))
+
+
+def user_environment(folder):
+    """Returns the environment for a Blender whose user folder is `folder`, with the source tree's add-on linked in."""
+    addons = folder / "scripts" / "addons"
+    addons.mkdir(parents=True, exist_ok=True)
+    link = addons / "lambent"
+    if not link.is_symlink():
+        link.symlink_to(k_root / "blender_addon" / "lambent")
+    environment = dict(os.environ)
+    environment["BLENDER_USER_SCRIPTS"] = str(folder / "scripts")
+    environment["BLENDER_USER_CONFIG"] = str(folder / "config")
+    environment["PYTHONDONTWRITEBYTECODE"] = "1"
+    return environment
+
+
+def own_scene(name, folder):
+    """Returns the path of one of the project's own scenes, made by tests/scenes/make_NAME.py unless it is up to date."""
+    script = k_root / "tests" / "scenes" / f"make_{name}.py"
+    path = folder / f"{name}.blend"
+    newest = max(script.stat().st_mtime, (script.parent / "blocks.py").stat().st_mtime)
+    if not path.exists() or path.stat().st_mtime < newest:
+        command = ["-b", "--factory-startup", "--python-exit-code", "1", "--python", str(script), "--", str(path)]
+        run_blender(command, dict(os.environ))
+    return path
+
+
+def read_picture(path):
+    """Returns float32[height][width][channel] of an image file, row 0 at the bottom."""
+    image = oiio.ImageBuf(str(path))
+    pixels = image.get_pixels(oiio.FLOAT)
+    if image.has_error or pixels is None:
+        raise OSError(f"{path}: {image.geterror()}")
+    return numpy.ascontiguousarray(pixels[::-1])
+
+
+def write_picture(path, pixels):
+    """Writes float[height][width][channel], row 0 at the bottom, as the format that the name's ending says."""
+    flipped = numpy.ascontiguousarray(numpy.asarray(pixels, dtype=numpy.float32)[::-1])
+    image = oiio.ImageBuf(oiio.ImageSpec(flipped.shape[1], flipped.shape[0], flipped.shape[2], oiio.FLOAT))
+    image.set_pixels(oiio.ROI(), flipped)
+    if not image.write(str(path), "uint8" if str(path).endswith(".png") else "float"):
+        raise OSError(f"{path}: {image.geterror()}")
+
+
+def processes_below(pid):
+    """Returns the process and all that it started, directly or not (list of int)."""
+    children = {}
+    for entry in os.listdir("/proc"):
+        if entry.isdigit():
+            try:
+                with open(f"/proc/{entry}/stat", encoding="utf-8") as file:
+                    parent = int(file.read().rpartition(")")[2].split()[1])
+            except OSError:
+                continue
+            children.setdefault(parent, []).append(int(entry))
+    found, queue = [], [pid]
+    while queue:
+        process = queue.pop()
+        found.append(process)
+        queue.extend(children.get(process, ()))
+    return found
+
+
+def memory_bytes(pid):
+    """Returns a process's proportional set size: pages that n processes share count as 1/n in each, so that sums are
+    right where the daemon maps what Blender wrote. 0 once it has ended."""
+    try:
+        with open(f"/proc/{pid}/smaps_rollup", encoding="utf-8") as file:
+            return next(int(line.split()[1]) * 1024 for line in file if line.startswith("Pss:"))
+    except (OSError, StopIteration):
+        return 0
+
+
+class MemoryWatch(threading.Thread):
+    """Samples the memory of a process and its descendants every 50 ms until it ends; `peak` in bytes."""
+
+    def __init__(self, pid):
+        super().__init__(daemon=True)
+        self._pid = pid
+        self._ended = threading.Event()
+        self.peak = 0
+
+    def run(self):
+        while not self._ended.wait(0.05):
+            self.peak = max(self.peak, sum(memory_bytes(process) for process in processes_below(self._pid)))
+
+    def end(self):
+        self._ended.set()
+        self.join()
+        return self.peak
+
+
+def run_blender(arguments, environment, blender=None, timeout_s=3600):
+    """Runs Blender; returns (lines: [(seconds since start, text)], peak bytes). Raises BlenderFailed."""
+    command = [blender or os.environ.get("BLENDER", "blender"), *arguments]
+    start = time.monotonic()
+    process = subprocess.Popen(
+        command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        errors="replace",
+    )  # fmt: skip
+    watch = MemoryWatch(process.pid)
+    watch.start()
+    killer = threading.Timer(timeout_s, process.kill)
+    killer.start()
+    lines = [(time.monotonic() - start, line.rstrip("\n")) for line in process.stdout]
+    code = process.wait()
+    killer.cancel()
+    peak = watch.end()
+    if code != 0:
+        tail = "\n".join(text for _, text in lines[-30:])
+        raise BlenderFailed(f"{' '.join(command)} ended with code {code}:\n{tail}")
+    return lines, peak
+
+
+k_sample = re.compile(r"Sample (\d+)/\d+")
+k_tiles = re.compile(r"Rendered (\d+)/\d+ Tiles")
+
+
+def milestones(lines, seed):
+    """Returns (seconds until sampling began, seconds until the first pixels) of one render from the status lines that
+    Blender printed; None where nothing tells. Both engines report `Sample n/N`, Lambent `Rendered n/N Tiles` besides."""
+    start = sampling = pixels = None
+    for when, text in lines:
+        if text == f"render_job: start {seed}":
+            start = when
+        elif text == f"render_job: end {seed}":
+            break
+        elif start is not None:
+            sample, tiles = k_sample.search(text), k_tiles.search(text)
+            if (sample or tiles) and sampling is None:
+                sampling = when - start
+            if pixels is None and ((sample and int(sample.group(1)) > 0) or (tiles and int(tiles.group(1)) > 0)):
+                pixels = when - start
+    return sampling, pixels
+
+
+def render(scene, engine, seeds, samples, width, folder, height=None, blender=None, settings=None, timeout_s=3600):
+    """Renders a .blend with one engine, once a seed, in one run of Blender; returns the Run. Pictures, job and log stay
+    in `folder`."""
+    folder.mkdir(parents=True, exist_ok=True)
+    prefix = str(folder / f"{engine.lower()}_")
+    job = {
+        "engine": engine, "daemon": str(build_dir() / "bin" / "lambentd"), "width": width, "height": height,
+        "samples": samples, "seeds": list(seeds), "out": prefix, "settings": settings or {},
+    }  # fmt: skip
+    job_file = folder / f"{engine.lower()}_job.json"
+    job_file.write_text(json.dumps(job), encoding="utf-8")
+    arguments = ["-b", "--factory-startup", str(scene), "--python-exit-code", "1"]
+    arguments += ["--python", str(k_render_job), "--", str(job_file)]
+    lines, peak = run_blender(arguments, user_environment(folder / "user"), blender, timeout_s)
+    log = "\n".join(f"{when:9.3f} {text}" for when, text in lines)
+    (folder / f"{engine.lower()}.log").write_text(log, encoding="utf-8")
+    result_file = pathlib.Path(f"{prefix}result.json")
+    result = json.loads(result_file.read_text(encoding="utf-8"))
+    marks = [milestones(lines, seed) for seed in seeds]
+    return Run(
+        pictures=numpy.stack([read_picture(f"{prefix}{seed}.exr") for seed in seeds]),
+        seconds=result["seconds"],
+        until_sampling=[mark[0] for mark in marks],
+        until_pixels=[mark[1] for mark in marks],
+        peak_bytes=peak,
+        log=log,
+    )

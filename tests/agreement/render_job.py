@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Runs inside Blender: renders the open scene with one engine, several times, with the settings that make engines
+comparable.
+
+    blender -b --factory-startup SCENE.blend --python-exit-code 1 --python render_job.py -- JOB.json
+
+JOB.json: {"engine": "CYCLES" | "LAMBENT", "daemon": path, "width": px, "height": px or null (as the scene's aspect),
+"samples": n, "seeds": [n..], "out": prefix, "settings": {name: value}}. Writes PREFIX<seed>.exr (float32 RGBA, scene-linear)
+for each seed and PREFIXresult.json: {"blender": version, "size": [w, h], "seconds": [wall time of each render]}. Prints
+`render_job: start SEED` before each render.
+
+Nothing here makes one engine better than the other: adaptive sampling, denoising, clamping, glossy filtering, light
+thresholds and roulette-free shortcuts are off, bounces equal, and Cycles' terminator offsets, which move shadows, zero.
+"""
+
+import json
+import sys
+import time
+
+import addon_utils
+import bpy
+
+k_bounces = {
+    # Cycles' name: (Lambent's name, value)
+    "max_bounces": ("max_bounces", 12),
+    "diffuse_bounces": ("diffuse_bounces", 4),
+    "glossy_bounces": ("glossy_bounces", 4),
+    "transmission_bounces": ("transmission_bounces", 12),
+    "transparent_max_bounces": ("transparent_bounces", 8),
+    "volume_bounces": ("volume_bounces", 0),
+}
+k_cycles = {
+    "device": "CPU",
+    "feature_set": "SUPPORTED",
+    "use_adaptive_sampling": False,
+    "use_denoising": False,
+    "sample_clamp_direct": 0.0,
+    "sample_clamp_indirect": 0.0,
+    "blur_glossy": 0.0,
+    "light_sampling_threshold": 0.0,
+    "caustics_reflective": True,
+    "caustics_refractive": True,
+    "use_fast_gi": False,
+    "use_light_tree": True,  # from 3.5 on
+    "use_guiding": False,
+    "min_light_bounces": 0,
+    "min_transparent_bounces": 0,
+    "time_limit": 0.0,
+    "use_auto_tile": False,
+    "film_exposure": 1.0,
+    "pixel_filter_type": "BLACKMAN_HARRIS",
+    "filter_width": 1.5,
+    "sample_offset": 0,
+    "use_animated_seed": False,
+    "debug_use_spatial_splits": False,
+}
+k_lambent = {
+    "integrator": "PT",
+    "time_limit": 0.0,
+    "noise_threshold": 0.0,
+    "clamp_direct": 0.0,
+    "clamp_indirect": 0.0,
+    "caustics_reflective": True,
+    "caustics_refractive": True,
+    "pixel_filter": "BLACKMAN_HARRIS",
+    "filter_width": 1.5,
+    "film_exposure": 1.0,
+    "animated_seed": False,
+}
+
+
+def assign(group, values):
+    """Sets those of the values that this version of Blender has."""
+    for name, value in values.items():
+        if hasattr(group, name):
+            setattr(group, name, value)
+
+
+def prepare(scene, job):
+    """Gives the scene the job's size, engine and sampling, for either engine alike."""
+    render = scene.render
+    height = job["height"] or round(job["width"] * render.resolution_y / render.resolution_x)
+    render.resolution_x, render.resolution_y, render.resolution_percentage = job["width"], height, 100
+    render.use_border = render.use_compositing = render.use_sequencer = render.use_motion_blur = False
+    render.use_simplify = render.use_persistent_data = render.use_multiview = False
+    render.use_file_extension = True
+    for layer in scene.view_layers[1:]:
+        layer.use = False
+    scene.view_layers[0].use = True
+
+    assign(scene.cycles, k_cycles)
+    if scene.world:
+        scene.world.light_settings.use_ambient_occlusion = False
+    for thing in bpy.data.objects:
+        assign(thing.cycles, {"shadow_terminator_offset": 0.0, "shadow_terminator_geometry_offset": 0.0})
+        assign(thing, {"shadow_terminator_shading_offset": 0.0, "shadow_terminator_geometry_offset": 0.0})
+    scene.cycles.samples = job["samples"]
+    for cycles_name, (_, value) in k_bounces.items():
+        setattr(scene.cycles, cycles_name, value)
+
+    if job["engine"] == "LAMBENT":
+        addon_utils.enable("lambent", default_set=True)
+        if not hasattr(scene, "lambent"):
+            raise RuntimeError("the add-on 'lambent' could not be enabled: see above")
+        bpy.context.preferences.addons["lambent"].preferences.daemon_path = job["daemon"]
+        assign(scene.lambent, k_lambent)
+        scene.lambent.samples = job["samples"]
+        for lambent_name, value in k_bounces.values():
+            setattr(scene.lambent, lambent_name, value)
+        assign(scene.lambent, job.get("settings", {}))
+    else:
+        assign(scene.cycles, job.get("settings", {}))
+    render.engine = job["engine"]
+
+
+def save(scene, path):
+    settings = scene.render.image_settings
+    if hasattr(settings, "media_type"):  # from Blender 5.0 on, and before the format
+        settings.media_type = "IMAGE"
+    settings.file_format, settings.color_depth, settings.exr_codec = "OPEN_EXR", "32", "ZIP"
+    settings.color_mode = "RGBA"
+    bpy.data.images["Render Result"].save_render(path, scene=scene)
+
+
+def main():
+    with open(sys.argv[sys.argv.index("--") + 1], encoding="utf-8") as file:
+        job = json.load(file)
+    scene = bpy.context.scene
+    prepare(scene, job)
+    seconds = []
+    for seed in job["seeds"]:
+        (scene.lambent if job["engine"] == "LAMBENT" else scene.cycles).seed = seed
+        print(f"render_job: start {seed}", flush=True)
+        start = time.monotonic()
+        bpy.ops.render.render()  # raises when the engine reports an error
+        seconds.append(time.monotonic() - start)
+        print(f"render_job: end {seed}", flush=True)
+        save(scene, f"{job['out']}{seed}.exr")
+    size = [scene.render.resolution_x, scene.render.resolution_y]
+    with open(f"{job['out']}result.json", "w", encoding="utf-8") as file:
+        json.dump({"blender": bpy.app.version_string, "size": size, "seconds": seconds}, file)
+
+
+main()

@@ -1,0 +1,46 @@
+# SPDX-FileCopyrightText: 2026 Lambent contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+
+"""Lambent for Blender: renders through the daemon lambentd. Works as a legacy add-on (3.4) and as an extension (4.2+)."""
+
+bl_info = {
+    "name": "Lambent",
+    "author": "Lambent contributors",
+    "version": (0, 1, 0),
+    "blender": (3, 4, 0),
+    "location": "Render Properties > Render Engine > Lambent",
+    "description": "Production renderer with a daemon of its own",
+    "category": "Render",
+}
+
+import atexit
+
+import bpy
+from bpy.app.handlers import persistent
+
+from . import ui
+from .render import engine, report, session
+
+
+@persistent
+def _forget_file(*_):
+    """Another file was opened: what the daemon holds belongs to the last one."""
+    session.close_sessions()
+    report.clear()
+
+
+def register():
+    """Blender calls this when the add-on is enabled."""
+    ui.register()
+    engine.register()
+    bpy.app.handlers.load_pre.append(_forget_file)
+    atexit.register(session.close_all)
+
+
+def unregister():
+    """Blender calls this when the add-on is disabled."""
+    atexit.unregister(session.close_all)
+    bpy.app.handlers.load_pre.remove(_forget_file)
+    engine.unregister()
+    ui.unregister()
+    session.close_all()

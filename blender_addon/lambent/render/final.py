@@ -1,0 +1,251 @@
+# SPDX-FileCopyrightText: 2026 Lambent contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+
+"""F12, animations, background renders and material previews: one view layer of one frame from depsgraph to pixels."""
+
+import time
+
+import bpy
+import numpy as np
+
+from ..sync import settings
+from ..sync.objects import Interrupted
+from ..sync.scene import NothingToRender, View, export_scene
+from ..wire.client import DaemonError, Stopped
+from ..wire.connection import ConnectionLost
+from ..wire.daemon_process import DaemonUnavailable
+from ..wire.messages import ProtocolError
+from . import report, session as sessions
+from .status import progress_fraction, status_line
+from .tiles import ResultWriter, decode_tile
+
+# Tiles that the daemon may send, and how often that is topped up: enough to see buckets appear without spending the
+# machine on showing them. In the background nobody looks, so almost only final tiles travel.
+_SHOWN_CREDITS, _SHOWN_SECONDS = 48, 0.1
+_BACKGROUND_CREDITS, _BACKGROUND_SECONDS = 1, 1.0
+_FINAL_CREDITS = 64
+_CANCEL_SECONDS = 3.0
+_POLL_SECONDS = 0.02
+_BACKGROUND_STATUS_SECONDS = 1.0
+_MAX_REPORTED = 50
+
+
+class RenderFailed(Exception):
+    """The picture cannot be finished. The text is complete and fit for a user."""
+
+
+def render(engine, depsgraph):
+    """Renders one view layer into engine's result. Failures become an ERROR report, which is what makes Blender fail."""
+    try:
+        _render(engine, depsgraph)
+    except (NothingToRender, RenderFailed, DaemonUnavailable, DaemonError) as error:
+        _fail(engine, str(error))
+    except ConnectionLost as error:
+        _fail(engine, sessions.describe_lost(error))
+    except Exception as error:  # Blender would save the frame as if it were good (see README).
+        import traceback
+
+        traceback.print_exc()
+        _fail(engine, f"rendering failed by a fault of the add-on: {error!r}")
+
+
+def _fail(engine, text):
+    if engine.is_preview:
+        # An error report would cover the interface for a thumbnail.
+        print(f"Lambent preview: {text}")
+    else:
+        engine.report({"ERROR"}, f"Lambent: {text}")
+
+
+def _render(engine, depsgraph):
+    session = sessions.acquire("preview" if engine.is_preview else ("final", depsgraph.scene.name_full))
+    try:
+        for index, view_name in enumerate(_view_names(engine, depsgraph.scene)):
+            if engine.test_break():
+                return
+            _LayerRender(engine, depsgraph, session, view_name).run(first=index == 0)
+    finally:
+        sessions.release(session)
+
+
+def _view_names(engine, scene):
+    """Names of the stereo views to render; [""] where there is only one."""
+    if not scene.render.use_multiview or engine.is_preview:
+        return [""]
+    return [view.name for view in engine.get_result().views] or [""]
+
+
+class _LayerRender:
+    """One view of one layer of one frame."""
+
+    def __init__(self, engine, depsgraph, session, view_name):
+        self._engine = engine
+        self._depsgraph = depsgraph
+        self._session = session
+        self._client = session.client
+        self._view_name = view_name
+        self._scene = depsgraph.scene_eval
+        self._layer_name = depsgraph.view_layer.name
+        self._width, self._height = engine.resolution_x, engine.resolution_y
+        self._region = _region(engine, self._scene.render, self._width, self._height)
+        self._shown = not bpy.app.background
+        self._messages = []
+        self._status_time = 0.0
+        self._status_stage = None
+
+    def run(self, first):
+        """Exports, renders and receives until done or cancelled; what is done by then stays in the result."""
+        engine = self._engine
+        engine.update_stats("", f"{self._scene.name}, {self._layer_name} | Exporting Scene")
+        epoch = self._session.next_epoch()
+        try:
+            self._send_scene(epoch)
+        except (Interrupted, Stopped):
+            self._session.state.forget()
+            return
+        except DaemonError:
+            self._session.state.forget()
+            raise
+        finally:
+            self._store_messages(first and self._layer_name == _first_layer(self._depsgraph.scene))
+        writer = ResultWriter(engine, self._layer_name, self._view_name, self._region)
+        try:
+            self._receive(epoch, writer)
+        except ProtocolError as error:
+            self._client.close()
+            raise ConnectionLost(f"the Lambent daemon sent something that is not the protocol: {error}") from None
+        finally:
+            writer.finish()
+            self._store_messages(False)
+            self._report_messages()
+
+    def _send_scene(self, epoch):
+        stop = self._engine.test_break
+        edits = export_scene(self._depsgraph, self._session.state, self._view(), stop)
+        self._messages += edits.messages
+        # View layers take turns in the session, so each keeps the data of the others.
+        layers = sum(layer.use for layer in self._depsgraph.scene.view_layers)
+        encoded = edits.edits(keep_unused_syncs=max(layers - 1, 0))
+        self._client.send_arrays(edits.arrays, stop)
+        if encoded:
+            self._messages += self._client.commit(epoch, encoded, stop)
+        edits.confirm()
+
+    def _view(self):
+        engine, scene, render_settings = self._engine, self._scene, self._scene.render
+        camera = engine.camera_override or scene.camera
+        view = View(self._width, self._height, preview=engine.is_preview, local_daemon=self._session.local)
+        view.pixel_aspect = (render_settings.pixel_aspect_x, render_settings.pixel_aspect_y)
+        if self._region != (0, 0, self._width, self._height):
+            view.region = self._region
+        if camera is not None and camera.type == "CAMERA":
+            if self._view_name:
+                engine.active_view_set(self._view_name)
+            camera = camera.evaluated_get(self._depsgraph)
+            view.camera = camera
+            view.matrix_world = engine.camera_model_matrix(camera)
+            view.shift_x = engine.camera_shift_x(camera)
+        return view
+
+    def _receive(self, epoch, writer):
+        client, engine, session = self._client, self._engine, self._session
+        client.post({"type": "render_start", "epoch": epoch})
+        credits, interval = (_SHOWN_CREDITS, _SHOWN_SECONDS) if self._shown else (_BACKGROUND_CREDITS, _BACKGROUND_SECONDS)
+        session.allow_tiles(credits)
+        allowed_at = time.monotonic()
+        time_limit = settings.effective(self._scene, "time_limit")
+        cancelled_at = None
+        while True:
+            now = time.monotonic()
+            if cancelled_at is None and engine.test_break():
+                cancelled_at = now
+                client.post({"type": "render_cancel", "epoch": epoch})
+                session.allow_tiles(_FINAL_CREDITS)
+            if cancelled_at is not None and now - cancelled_at > _CANCEL_SECONDS:
+                # The picture stays as it is; the session is given up, so that nothing late gets into the next render.
+                client.close()
+                return
+            if now - allowed_at > interval:
+                session.allow_tiles(credits)
+                allowed_at = now
+            event = client.next_event(_POLL_SECONDS)
+            if event is None:
+                continue
+            header, payload = event
+            kind = header["type"]
+            if kind == "tile":
+                session.tile_credits -= 1
+                if header.get("final") and session.tile_credits < _FINAL_CREDITS // 2:
+                    # The last round: as fast as they come.
+                    session.allow_tiles(_FINAL_CREDITS)
+            if header.get("epoch", epoch) != epoch:
+                continue
+            if kind == "tile":
+                writer.write(*decode_tile(header, payload, self._width, self._height))
+            elif kind == "progress":
+                self._show_progress(header, writer, time_limit)
+            elif kind == "render_report":
+                self._messages += [message for message in header.get("messages") or () if isinstance(message, dict)]
+                self._store_messages(False)
+            elif kind == "render_done":
+                self._finish(header, cancelled_at is not None)
+                return
+            elif kind == "error":
+                raise RenderFailed(str(header.get("message", "the Lambent daemon reported an error without a text")))
+
+    def _show_progress(self, progress, writer, time_limit):
+        if self._shown:
+            writer.highlight(rect for rect in progress.get("active_tiles") or () if len(rect) == 4)
+        now = time.monotonic()
+        stage = progress.get("stage")
+        if not self._shown and stage == self._status_stage and now - self._status_time < _BACKGROUND_STATUS_SECONDS:
+            return
+        self._status_time, self._status_stage = now, stage
+        self._engine.update_stats("", status_line(self._scene.name, self._layer_name, progress))
+        self._engine.update_progress(progress_fraction(progress, time_limit))
+        self._engine.update_memory_stats(
+            memory_used=progress.get("memory_bytes", 0) / 2**20, memory_peak=progress.get("memory_peak_bytes", 0) / 2**20
+        )
+
+    def _finish(self, done, cancelled):
+        status = done.get("status")
+        if status == "failed":
+            raise RenderFailed(str(done.get("message") or "the Lambent daemon could not finish and gave no reason"))
+        if status == "cancelled" and not cancelled:
+            raise RenderFailed("the render was cancelled by the daemon")
+        if status == "finished":
+            self._engine.update_progress(1.0)
+
+    def _store_messages(self, first):
+        if self._engine.is_preview:
+            return
+        if first:
+            report.store(self._depsgraph.scene.name, [])
+        report.add(self._depsgraph.scene.name, self._messages)
+
+    def _report_messages(self):
+        """Lists what was found as INFO: "Warning:" in the output fails jobs on some farms (README)."""
+        if self._engine.is_preview:
+            return
+        texts = list(dict.fromkeys(str(message.get("text", "")) for message in self._messages))
+        for text in texts[:_MAX_REPORTED]:
+            self._engine.report({"INFO"}, f"Lambent: {text}")
+        if len(texts) > _MAX_REPORTED:
+            self._engine.report({"INFO"}, f"Lambent: and {len(texts) - _MAX_REPORTED} more, listed in the Lambent Report panel")
+
+
+def _first_layer(scene):
+    return next((layer.name for layer in scene.view_layers if layer.use), "")
+
+
+def _region(engine, render_settings, width, height):
+    """(x0, y0, x1, y1) of what Blender keeps of the full frame, by its own single-precision truncation."""
+    if not render_settings.use_border or engine.is_preview:
+        return 0, 0, width, height
+    sides = (
+        np.float32(render_settings.border_min_x) * np.float32(width),
+        np.float32(render_settings.border_min_y) * np.float32(height),
+    )
+    result = engine.get_result()
+    x0, y0 = int(sides[0]), int(sides[1])
+    return x0, y0, min(x0 + result.resolution_x, width), min(y0 + result.resolution_y, height)

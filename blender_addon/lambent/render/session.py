@@ -1,0 +1,139 @@
+# SPDX-FileCopyrightText: 2026 Lambent contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+
+"""Sessions with the daemon that outlive a render, so that the next frame sends only what changed."""
+
+import os
+import threading
+
+import bpy
+
+from ..sync.edits import SyncState
+from ..ui.preferences import preferences
+from ..wire import daemon_process
+from ..wire.client import Client
+from ..wire.connection import ConnectionLost, parse_address
+
+VERSION = "0.1.0"
+
+_lock = threading.RLock()
+_owned_daemon = None
+_sessions = {}
+
+
+class RenderSession:
+    """A client, what it has told the daemon, and the last epoch used. One render uses it at a time (busy).
+
+    tile_credits: tiles that the daemon may still send; whoever receives one counts it off.
+    """
+
+    def __init__(self, client, local):
+        self.client = client
+        self.local = local
+        self.state = SyncState()
+        self.epoch = 0
+        self.busy = False
+        self.tile_credits = 0
+
+    def allow_tiles(self, tiles):
+        """Lets the daemon send that many tiles from now on (those it was allowed before and has not sent included)."""
+        if tiles > self.tile_credits:
+            self.client.post({"type": "tile_credit", "tiles": tiles - self.tile_credits})
+            self.tile_credits = tiles
+
+    def next_epoch(self):
+        """A number above all before."""
+        self.epoch += 1
+        return self.epoch
+
+
+def acquire(role):
+    """A session for role (any hashable), which keeps it for its next use, marked busy until release().
+
+    Raises ConnectionLost or daemon_process.DaemonUnavailable.
+    """
+    with _lock:
+        session = _sessions.get(role)
+        if session is not None and session.busy:
+            # Two at once in the same role (previews are): the second gets one that is not kept.
+            role, session = None, None
+        if session is not None and not session.client.usable:
+            session.client.close()
+            del _sessions[role]
+            session = None
+        if session is None:
+            address, token, local = _daemon()
+            name = f"lambent-addon {VERSION} / Blender {bpy.app.version_string}"
+            session = RenderSession(Client(address, token, name), local)
+            if role is not None:
+                _sessions[role] = session
+        session.busy = True
+        return session
+
+
+def release(session):
+    """Ends one use of a session; it is closed if its connection broke or no role keeps it."""
+    with _lock:
+        session.busy = False
+        kept = [role for role, other in _sessions.items() if other is session]
+        if kept and session.client.usable:
+            return
+        for role in kept:
+            del _sessions[role]
+    session.client.close()
+
+
+def close(role):
+    """Ends the session of a role, if there is one."""
+    with _lock:
+        session = _sessions.pop(role, None)
+    if session is not None:
+        session.client.close()
+
+
+def close_sessions():
+    """Ends all sessions; the daemon stays."""
+    with _lock:
+        for session in _sessions.values():
+            session.client.close()
+        _sessions.clear()
+
+
+def close_all():
+    """Ends all sessions, and the daemon if it is ours."""
+    global _owned_daemon
+    close_sessions()
+    with _lock:
+        if _owned_daemon is not None:
+            _owned_daemon.stop()
+            _owned_daemon = None
+
+
+def describe_lost(error):
+    """The text for a user of a ConnectionLost, with how our own daemon ended where it did."""
+    with _lock:
+        end = "" if _owned_daemon is None else _owned_daemon.describe_end()
+    return f"{error} ({end})" if end else str(error)
+
+
+def _daemon():
+    """(address, token, whether it shares our file system) of the daemon to use, started if need be."""
+    global _owned_daemon
+    chosen = preferences()
+    address = os.environ.get("LAMBENT_ADDRESS") or (chosen.address if chosen else "")
+    if address:
+        token_file = os.environ.get("LAMBENT_TOKEN_FILE") or (chosen.token_file if chosen else "")
+        token = daemon_process.read_token(bpy.path.abspath(token_file) or daemon_process.default_token_file())
+        try:
+            kind, target = parse_address(address)
+        except ValueError as error:
+            raise ConnectionLost(str(error)) from None
+        return address, token, kind == "unix" or target[0] in ("127.0.0.1", "::1", "localhost")
+    if _owned_daemon is not None and not _owned_daemon.running:
+        _owned_daemon.stop()
+        _owned_daemon = None
+    if _owned_daemon is None:
+        bundled = os.path.join(os.path.dirname(os.path.dirname(__file__)), "bin")
+        program = daemon_process.find_program(bpy.path.abspath(chosen.daemon_path) if chosen else "", bundled)
+        _owned_daemon = daemon_process.DaemonProcess(program, chosen.threads if chosen else 0)
+    return _owned_daemon.address, _owned_daemon.token, True

@@ -1,0 +1,148 @@
+# SPDX-FileCopyrightText: 2026 Lambent contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+
+"""What differs between Blender 3.4 and 5.2. The rest of the add-on asks here and never looks at a version number."""
+
+import os
+
+import bpy
+import numpy as np
+
+
+def corner_vertices(mesh):
+    """int32[corners]: the vertex of each face corner."""
+    values = np.empty(len(mesh.loops), np.int32)
+    attribute = mesh.attributes.get(".corner_vert")
+    if attribute is not None:
+        attribute.data.foreach_get("value", values)
+    else:
+        mesh.loops.foreach_get("vertex_index", values)
+    return values
+
+
+def positions(mesh):
+    """float32[vertices][3] in object space."""
+    values = np.empty(len(mesh.vertices) * 3, np.float32)
+    attribute = mesh.attributes.get("position")
+    if attribute is not None:
+        attribute.data.foreach_get("vector", values)
+    else:
+        mesh.vertices.foreach_get("co", values)
+    return values.reshape(-1, 3)
+
+
+def triangle_faces(mesh):
+    """int32[triangles]: the face of each triangle; calc_loop_triangles must have been called."""
+    values = np.empty(len(mesh.loop_triangles), np.int32)
+    if hasattr(mesh, "loop_triangle_polygons"):
+        mesh.loop_triangle_polygons.foreach_get("value", values)
+    else:
+        mesh.loop_triangles.foreach_get("polygon_index", values)
+    return values
+
+
+def face_materials(mesh):
+    """int32[faces]: material slots, or None where all faces use the first."""
+    attribute = mesh.attributes.get("material_index")
+    if attribute is not None and attribute.domain == "FACE" and attribute.data_type == "INT":
+        values = np.empty(len(mesh.polygons), np.int32)
+        attribute.data.foreach_get("value", values)
+        return values
+    return None
+
+
+def normals(mesh):
+    """("vertex" or "corner", float32[n][3]) shading normals, or None where all faces are flat.
+
+    Blender before 4.1 computes corner normals on request and keeps them in the mesh; they are freed again here.
+    """
+    if hasattr(mesh, "normals_domain"):
+        domain = mesh.normals_domain
+        if domain == "FACE":
+            return None
+        if domain == "POINT":
+            return "vertex", _vectors(mesh.vertex_normals, "vector")
+        return "corner", _vectors(mesh.corner_normals, "vector")
+    smooth = np.empty(len(mesh.polygons), bool)
+    mesh.polygons.foreach_get("use_smooth", smooth)
+    custom = mesh.use_auto_smooth and mesh.has_custom_normals
+    if not smooth.any() and not custom:
+        return None
+    if smooth.all() and not mesh.use_auto_smooth:
+        return "vertex", _vectors(mesh.vertex_normals, "vector")
+    mesh.calc_normals_split()
+    values = _vectors(mesh.loops, "normal")
+    mesh.free_normals_split()
+    return "corner", values
+
+
+def uv_values(layer):
+    """float32[corners][2] of a UV layer."""
+    collection, name = (layer.uv, "vector") if hasattr(layer, "uv") else (layer.data, "uv")
+    values = np.empty(len(collection) * 2, np.float32)
+    collection.foreach_get(name, values)
+    return values.reshape(-1, 2)
+
+
+def write_pass(render_pass, pixels):
+    """Writes float32[height][width][channels] (row 0 at the bottom) to a render pass of that size.
+
+    Blender 5 wants as many numbers as the pass has, earlier versions as many items as it has pixels.
+    """
+    global _flat_pass_writes
+    flat = np.ascontiguousarray(pixels, np.float32).reshape(-1)
+    try:
+        render_pass.rect.foreach_set(flat if _flat_pass_writes else flat.reshape(-1, pixels.shape[-1]))
+    except TypeError:
+        _flat_pass_writes = not _flat_pass_writes
+        render_pass.rect.foreach_set(flat if _flat_pass_writes else flat.reshape(-1, pixels.shape[-1]))
+
+
+_flat_pass_writes = bpy.app.version >= (5, 0, 0)
+
+
+def light_color(light):
+    """Linear RGB of a light, its colour temperature included."""
+    color = light.color
+    if getattr(light, "use_temperature", False):
+        return [a * b for a, b in zip(color, light.temperature_color)]
+    return list(color)
+
+
+def light_shadows(light):
+    """Whether a light casts shadows: Cycles' own switch before 4.2, Blender's since."""
+    cycles = getattr(light, "cycles", None)
+    if cycles is not None and hasattr(cycles, "cast_shadow"):
+        return cycles.cast_shadow
+    return light.use_shadow
+
+
+def displacement_method(material):
+    """"BUMP", "DISPLACEMENT" or "BOTH": on the material since 4.1, in Cycles' settings before."""
+    if hasattr(material, "displacement_method"):
+        return material.displacement_method
+    cycles = getattr(material, "cycles", None)
+    return getattr(cycles, "displacement_method", "BUMP")
+
+
+def uses_nodes(datablock):
+    """Whether a material, world or light is described by its node tree (always, for materials and worlds, since 5.0)."""
+    if datablock.node_tree is None:
+        return False
+    return bpy.app.version >= (5, 0, 0) and not isinstance(datablock, bpy.types.Light) or datablock.use_nodes
+
+
+def color_management_path():
+    """The OpenColorIO configuration that this Blender uses, or "" where it cannot be told."""
+    configured = os.environ.get("OCIO", "")
+    if os.path.isfile(configured):
+        return configured
+    directory = bpy.utils.system_resource("DATAFILES", path="colormanagement")
+    path = os.path.join(directory, "config.ocio") if directory else ""
+    return path if os.path.isfile(path) else ""
+
+
+def _vectors(collection, name):
+    values = np.empty(len(collection) * 3, np.float32)
+    collection.foreach_get(name, values)
+    return values.reshape(-1, 3)

@@ -1,0 +1,103 @@
+# SPDX-FileCopyrightText: 2026 Lambent contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+
+"""Materials, and the node graphs of materials, worlds and lights."""
+
+from . import compat, image
+from .edits import DEFAULT_MATERIAL
+from .graph import GraphBuilder
+
+
+def export_graph(edits, datablock, outputs):
+    """The GRAPH of a material, world or light with the given outputs; None where there is no output node."""
+    builder = GraphBuilder(edits, datablock.name_full, lambda found, user: image.export_image(edits, found, user))
+    graph = builder.build(datablock.node_tree, outputs)
+    if graph is None:
+        return None
+    if "volume" in graph["outputs"]:
+        _replace_volume(edits, datablock, builder, graph)
+    return graph
+
+
+def export_material(edits, material):
+    """Puts a material (evaluated, or None for the default surface) once and returns its id."""
+    if material is None:
+        if not edits.contains("material", DEFAULT_MATERIAL):
+            graph = _single_node("BsdfDiffuse", "BSDF", {"Color": [0.8, 0.8, 0.8], "Roughness": 0.0})
+            edits.put("material", DEFAULT_MATERIAL, {"name": "default surface", "graph": graph})
+        return DEFAULT_MATERIAL
+    identifier = material.name_full
+    if edits.contains("material", identifier):
+        return identifier
+    try:
+        _put_material(edits, material, identifier)
+    except Exception as error:  # One material must not take its objects with it; what fails is reported.
+        edits.report("error", "export_failed", identifier, f"{identifier}: could not be exported; grey stands in for it: {error!r}")
+        return export_material(edits, None)
+    return identifier
+
+
+def _put_material(edits, material, identifier):
+    name = material.name_full
+    if material.is_grease_pencil:
+        edits.unsupported(name, f"{name}: grease pencil material; a diffuse surface stands in for it")
+    if compat.uses_nodes(material):
+        graph = export_graph(edits, material, ("surface", "volume", "displacement"))
+        if graph is not None and "displacement" in graph["outputs"] and compat.displacement_method(material) != "BUMP":
+            edits.unsupported(name, f"{name}: true displacement is not supported; it is shaded as bump")
+        graph = graph or {"nodes": [], "outputs": {}}
+    else:
+        graph = _single_node("BsdfDiffuse", "BSDF", {"Color": list(material.diffuse_color)[:3], "Roughness": 0.0})
+    edits.put("material", identifier, {"name": name, "graph": graph, "pass_index": material.pass_index})
+
+
+def background_graph(color):
+    """A GRAPH of one background of linear RGB color and strength 1."""
+    return _single_node("Background", "Background", {"Color": list(color), "Strength": 1.0})
+
+
+def attribute_names(materials):
+    """Names of the mesh attributes that nodes of these materials read, groups included."""
+    names = set()
+    for node in _all_nodes(materials):
+        if node.bl_idname == "ShaderNodeAttribute":
+            names.add(node.attribute_name)
+        elif node.bl_idname == "ShaderNodeVertexColor":
+            names.add(node.layer_name)
+    return names
+
+
+def any_node(materials, kinds):
+    """Whether a node of one of these bl_idnames is in these materials, groups included."""
+    return any(node.bl_idname in kinds for node in _all_nodes(materials))
+
+
+def _all_nodes(materials):
+    trees = [material.node_tree for material in materials if material.node_tree is not None]
+    seen = set()
+    while trees:
+        tree = trees.pop()
+        if tree in seen:
+            continue
+        seen.add(tree)
+        for node in tree.nodes:
+            if getattr(node, "node_tree", None) is not None:
+                trees.append(node.node_tree)
+            else:
+                yield node
+
+
+def _replace_volume(edits, datablock, builder, graph):
+    name = datablock.name_full
+    del graph["outputs"]["volume"]
+    if "surface" in graph["outputs"]:
+        edits.unsupported(name, f"{name}: its volume is not supported and left out; its surface is rendered")
+    else:
+        node = builder.add("BsdfTransparent", "Transparent BSDF", {"Color": [1.0, 1.0, 1.0]})
+        graph["outputs"]["surface"] = [node, "BSDF"]
+        edits.unsupported(name, f"{name}: its volume is not supported; a transparent surface stands in for it")
+
+
+def _single_node(kind, output, inputs):
+    node = {"name": kind, "type": kind, "inputs": inputs, "properties": {}}
+    return {"nodes": [node], "outputs": {"surface": [0, output]}}

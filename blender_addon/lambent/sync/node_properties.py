@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: 2026 Lambent contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+
+"""A node's own settings under Blender's property names, read through its RNA, so that no node needs code of its own."""
+
+import bpy
+
+CURVE_SAMPLES = 257
+
+_BASE_PROPERTIES = frozenset(bpy.types.Node.bl_rna.properties.keys()) | {"node_tree", "interface"}
+
+
+def read(node, images, edits, owner_name):
+    """{property: number, boolean, string or list}, with image, ramp and curves as the protocol has them.
+
+    "object_transform" is not a property of the protocol: (location, rotation, scale) of the object a node points to.
+    """
+    found = {}
+    for definition in node.bl_rna.properties:
+        name = definition.identifier
+        if name in _BASE_PROPERTIES or definition.is_hidden and name != "image":
+            continue
+        if definition.type == "POINTER":
+            _read_pointer(node, name, getattr(node, name), images, edits, owner_name, found)
+        elif definition.type != "COLLECTION":
+            value = _plain(getattr(node, name))
+            if value is not None:
+                found[name] = value
+    if node.bl_idname == "ShaderNodeBsdfPrincipled":
+        found["generation"] = 2 if "Subsurface Weight" in node.inputs else 1
+    return found
+
+
+def _read_pointer(node, name, value, images, edits, owner_name, found):
+    if value is None:
+        return
+    if isinstance(value, bpy.types.Image):
+        identifier = images(value, getattr(node, "image_user", None))
+        if identifier is not None:
+            found["image"] = identifier
+    elif isinstance(value, bpy.types.ColorRamp):
+        found["ramp"], found["ramp_interpolation"] = _ramp(value)
+    elif isinstance(value, bpy.types.CurveMapping):
+        found["curves"] = _curves(node, value)
+        found["extend"] = value.extend
+    elif isinstance(value, bpy.types.Object):
+        location, rotation, scale = value.matrix_world.decompose()
+        found["object_transform"] = (location, rotation.to_euler("XYZ"), scale)
+    elif isinstance(value, bpy.types.TexMapping):
+        if not _is_identity(value):
+            edits.unsupported(owner_name, f"{owner_name}: the mapping inside node '{node.name}' is ignored; use a Mapping node")
+    elif isinstance(value, bpy.types.Text):
+        edits.unsupported(owner_name, f"{owner_name}: the text that node '{node.name}' reads ({value.name}) is ignored")
+
+
+def _plain(value):
+    if isinstance(value, (bool, int, float, str)):
+        return value
+    if isinstance(value, set):
+        return None
+    try:
+        return [float(component) for component in value]
+    except TypeError:
+        return None
+
+
+def _ramp(ramp):
+    """(stops, "LINEAR" or "CONSTANT"): what is neither is sampled, since a dense linear ramp can stand for any."""
+    if ramp.color_mode == "RGB" and ramp.interpolation in ("LINEAR", "CONSTANT"):
+        return [[stop.position, *stop.color] for stop in ramp.elements], ramp.interpolation
+    positions = [i / (CURVE_SAMPLES - 1) for i in range(CURVE_SAMPLES)]
+    return [[position, *ramp.evaluate(position)] for position in positions], "LINEAR"
+
+
+def _curves(node, mapping):
+    """One sampled curve for each component, the combined curve of RGB Curves included."""
+    mapping.initialize()
+    curves = list(mapping.curves)
+    low = min(curve.points[0].location[0] for curve in curves)
+    high = max(curve.points[-1].location[0] for curve in curves)
+    positions = [low + (high - low) * i / (CURVE_SAMPLES - 1) for i in range(CURVE_SAMPLES)]
+    combined = curves.pop() if node.bl_idname == "ShaderNodeRGBCurve" else None
+    through = [mapping.evaluate(combined, x) for x in positions] if combined else positions
+    return [[[x, mapping.evaluate(curve, y)] for x, y in zip(positions, through)] for curve in curves]
+
+
+def _is_identity(mapping):
+    return (
+        not any(mapping.translation)
+        and not any(mapping.rotation)
+        and all(component == 1.0 for component in mapping.scale)
+        and not mapping.use_min
+        and not mapping.use_max
+        and (mapping.mapping_x, mapping.mapping_y, mapping.mapping_z) == ("X", "Y", "Z")
+        and mapping.mapping == "FLAT"
+    )

@@ -1,0 +1,242 @@
+# SPDX-FileCopyrightText: 2026 Lambent contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+
+"""Objects and their instances.
+
+One pass over depsgraph.object_instances sorts instances into groups that share object, data and instancer; matrices and
+random ids are then fetched for all of them in one call each. A group is exported when it is first met, because the
+object that Blender hands out is valid only until the next step.
+"""
+
+import bpy
+import numpy as np
+
+from . import light, material, mesh
+
+_CONVERTIBLE = ("MESH", "CURVE", "SURFACE", "FONT", "META")
+_NOT_RENDERED = {
+    "VOLUME": "volume objects",
+    "CURVES": "hair curves",
+    "POINTCLOUD": "point clouds",
+    "GPENCIL": "grease pencil",
+    "GREASEPENCIL": "grease pencil",
+}
+_VISIBILITY = ("camera", "diffuse", "glossy", "transmission", "shadow", "volume_scatter")
+_STOP_CHECK_INTERVAL = 256
+
+
+class Interrupted(Exception):
+    """should_stop said so during the export."""
+
+
+class ObjectExporter:
+    """Puts all objects of a depsgraph into edits.
+
+    keep_mesh: callable(mesh id, original object, original data or None) -> True where that mesh is known to be unchanged.
+    """
+
+    def __init__(self, edits, depsgraph, keep_mesh):
+        self._edits = edits
+        self._depsgraph = depsgraph
+        self._keep_mesh = keep_mesh
+        self._view_layer = depsgraph.view_layer
+        self._override = depsgraph.view_layer_eval.material_override
+        self._surfaces = depsgraph.view_layer_eval.use_solid
+        self._render_mode = depsgraph.mode
+        self._names = set()
+        self._meshes = {}
+        self._mesh_names = set()
+        self._converted = set()
+        materials = bpy.data.materials
+        self._attribute_names = material.attribute_names(materials)
+        self._random_ids = material.any_node(materials, ("ShaderNodeObjectInfo", "ShaderNodeParticleInfo"))
+
+    def export(self, should_stop):
+        """Exports everything; what fails is reported by the object's name. Raises Interrupted."""
+        groups = []
+        group_of_key = {}
+        group_of_instance = []
+        later = {}
+        for index, instance in enumerate(self._depsgraph.object_instances):
+            if index % _STOP_CHECK_INTERVAL == 0 and should_stop():
+                raise Interrupted()
+            group = -1
+            found = instance.object
+            kind = found.type
+            if kind in ("CAMERA", "EMPTY", "ARMATURE", "LATTICE", "SPEAKER") or not instance.show_self:
+                group_of_instance.append(group)
+                continue
+            if instance.is_instance:
+                owner, parent = instance.instance_object, instance.parent
+                data = found.data
+                key = (owner.as_pointer(), parent.as_pointer(), data.as_pointer() if data else 0)
+            else:
+                owner = parent = found
+                key = index
+            group = group_of_key.get(key)
+            if group is None:
+                group = len(groups)
+                group_of_key[key] = group
+                if kind in _CONVERTIBLE and kind != "MESH":
+                    # Blender also hands out its mesh as an instance, unless this version does not do so for this type.
+                    later[group] = (owner.original, parent.original)
+                    groups.append(None)
+                else:
+                    groups.append(self._guarded(self._begin, found, owner, parent))
+            group_of_instance.append(group)
+        for group, (original, parent) in later.items():
+            if original not in self._converted:
+                found = original.evaluated_get(self._depsgraph)
+                groups[group] = self._guarded(self._begin, found, found, parent.evaluated_get(self._depsgraph))
+        if any(group is not None for group in groups):
+            self._put_groups(groups, np.array(group_of_instance, np.int64))
+
+    def _guarded(self, export, found, owner, parent):
+        try:
+            return export(found, owner, parent)
+        except Exception as error:  # One object must not stop the others; what fails is reported.
+            name = owner.name_full
+            self._edits.report("error", "export_failed", name, f"{name}: could not be exported and is left out: {error!r}")
+            return None
+
+    def _begin(self, found, owner, parent):
+        """(object id, value without transforms) of a new group, or None where there is nothing to render."""
+        name = owner.name_full
+        if found.type == "LIGHT":
+            identifier = light.export_light(self._edits, found.data, owner.lightgroup)
+            value = None if identifier is None else {"light": identifier}
+        elif found.type in _CONVERTIBLE:
+            value = self._begin_surface(found, owner)
+        else:
+            if found.type in _NOT_RENDERED:
+                self._edits.unsupported(name, f"{name}: {_NOT_RENDERED[found.type]} are not supported; it is left out")
+            value = None
+        if owner == parent:
+            self._report_unsupported(owner)
+        if value is None:
+            return None
+        value["name"] = name
+        value["visibility"] = self._visibility(owner, parent)
+        if owner.lightgroup:
+            value["light_group"] = owner.lightgroup
+        base = name if owner == parent else f"{parent.name_full}/{name}"
+        return _unique(base, self._names), value
+
+    def _begin_surface(self, found, owner):
+        if not self._surfaces:
+            return None
+        identifier = self._mesh(found, owner)
+        if identifier is None:
+            return None
+        if self._override is not None:
+            slots = [self._override] * max(len(found.material_slots), 1)
+        else:
+            slots = [slot.material for slot in found.material_slots] or [None]
+        return {
+            "mesh": identifier,
+            "materials": [material.export_material(self._edits, slot) for slot in slots],
+            "pass_index": owner.pass_index,
+            "color": list(owner.color),
+        }
+
+    def _mesh(self, found, owner):
+        """The id of the mesh of an object, exported if this is its first use; None where it has no faces to show."""
+        data, original = found.data, owner.original
+        pointer = data.as_pointer()
+        if original.type != "MESH":
+            self._converted.add(original)
+        if pointer in self._meshes:
+            return self._meshes[pointer]
+        own = pointer == owner.data.as_pointer()
+        if own and original.type == "MESH" and not original.is_modified(self._depsgraph.scene, self._render_mode):
+            base = f"mesh:{original.data.name_full}"
+        elif own or original.type != "MESH":
+            base = f"object:{original.name_full}"
+        else:
+            base = f"object:{original.name_full}|{data.name_full}"
+        identifier = _unique(base, self._mesh_names)
+        if self._keep_mesh(identifier, original, original.data if own else None):
+            self._edits.keep("mesh", identifier)
+        elif own:
+            # Owned data goes through to_mesh, which gives a copy that may be given normals and must be given back.
+            converted = found.to_mesh()
+            try:
+                if converted is None or original.type != "MESH" and not len(converted.polygons):
+                    identifier = None
+                else:
+                    self._export_mesh(identifier, data.name_full, converted)
+            finally:
+                found.to_mesh_clear()
+        elif original.type != "MESH" and not len(data.polygons):
+            # A curve without thickness.
+            identifier = None
+        else:
+            self._export_mesh(identifier, data.name_full, data)
+        self._meshes[pointer] = identifier
+        return identifier
+
+    def _export_mesh(self, identifier, name, data):
+        mesh.export_mesh(self._edits, identifier, name, data, self._attribute_names)
+
+    def _visibility(self, owner, parent):
+        visibility = {name: getattr(owner, f"visible_{name}") for name in _VISIBILITY}
+        if owner != parent:
+            visibility = {name: seen and getattr(parent, f"visible_{name}") for name, seen in visibility.items()}
+        if parent.original.indirect_only_get(view_layer=self._view_layer):
+            visibility["camera"] = False
+        return visibility
+
+    def _report_unsupported(self, owner):
+        edits, name = self._edits, owner.name_full
+        if owner.original.holdout_get(view_layer=self._view_layer) or owner.is_holdout:
+            edits.unsupported(name, f"{name}: holdouts are not supported; it is rendered as an ordinary object")
+        if owner.is_shadow_catcher:
+            edits.unsupported(name, f"{name}: shadow catchers are not supported; it is rendered as an ordinary object")
+        linking = getattr(owner, "light_linking", None)
+        if linking is not None and (linking.receiver_collection or linking.blocker_collection):
+            edits.unsupported(name, f"{name}: light linking is not supported; it takes part in all lighting")
+        for system in owner.particle_systems:
+            if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
+                edits.unsupported(name, f"{name}: hair particles ({system.name}) are not supported and are left out")
+
+    def _put_groups(self, groups, group_of_instance):
+        matrices, random_ids = _instance_arrays(self._depsgraph, len(group_of_instance), self._random_ids)
+        order = np.argsort(group_of_instance, kind="stable")
+        ends = np.searchsorted(group_of_instance[order], np.arange(len(groups)), side="right")
+        starts = np.searchsorted(group_of_instance[order], np.arange(len(groups)), side="left")
+        for group, start, end in zip(groups, starts, ends):
+            if group is None:
+                continue
+            identifier, value = group
+            chosen = order[start:end]
+            transforms = matrices[chosen]
+            if len(chosen) == 1 and np.isfinite(transforms).all():
+                value["transform"] = transforms.reshape(-1).tolist()
+            else:
+                value["transforms"] = self._edits.array(transforms)
+            if random_ids is not None:
+                value["random_ids"] = self._edits.array(random_ids[chosen])
+            self._edits.put("object", identifier, value)
+
+
+def _instance_arrays(depsgraph, count, with_random_ids):
+    """(float32[count][3][4] world_from_object, uint32[count] or None), in the order of object_instances."""
+    matrices = np.empty(count * 16, np.float32)
+    depsgraph.object_instances.foreach_get("matrix_world", matrices)
+    # Blender stores columns; the wire wants the upper three rows.
+    matrices = np.ascontiguousarray(matrices.reshape(count, 4, 4).transpose(0, 2, 1)[:, :3])
+    if not with_random_ids:
+        return matrices, None
+    random_ids = np.empty(count, np.int32)
+    depsgraph.object_instances.foreach_get("random_id", random_ids)
+    return matrices, random_ids.view(np.uint32)
+
+
+def _unique(base, taken):
+    """base, or base#2, base#3... if it is taken already; the result is taken afterwards."""
+    name, number = base, 1
+    while name in taken:
+        number += 1
+        name = f"{base}#{number}"
+    taken.add(name)
+    return name

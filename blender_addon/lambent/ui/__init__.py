@@ -1,0 +1,20 @@
+# SPDX-FileCopyrightText: 2026 Lambent contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+
+"""Settings, preferences, panels and presets."""
+
+from . import blender_panels, compatible, engine_panels, preferences, presets, properties
+
+_MODULES = (properties, preferences, presets, engine_panels, blender_panels, compatible)
+
+
+def register():
+    """Registers everything in order of dependency."""
+    for module in _MODULES:
+        module.register()
+
+
+def unregister():
+    """Undoes register."""
+    for module in reversed(_MODULES):
+        module.unregister()

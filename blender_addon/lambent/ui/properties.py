@@ -1,0 +1,105 @@
+# SPDX-FileCopyrightText: 2026 Lambent contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+
+"""scene.lambent: the settings that other programs rely on by name (ARCHITECTURE.md)."""
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
+
+_INTEGRATORS = (("PT", "Path Tracing", "From the camera, with next event estimation and multiple importance sampling"),)
+_FILTERS = (
+    ("BOX", "Box", "A pixel's own samples only"),
+    ("GAUSSIAN", "Gaussian", "Soft"),
+    ("BLACKMAN_HARRIS", "Blackman-Harris", "Smooth and sharp"),
+)
+
+
+def _samples(default, where):
+    return IntProperty(
+        name="Samples", description=f"Samples a pixel {where}; 0 is unlimited", default=default, min=0, max=1 << 24
+    )
+
+
+def _time_limit(where):
+    return FloatProperty(
+        name="Time Limit",
+        description=f"Seconds after which {where} stops; 0 is no limit",
+        default=0.0,
+        min=0.0,
+        step=100,
+        unit="TIME_ABSOLUTE",
+    )
+
+
+def _noise_threshold(where):
+    return FloatProperty(
+        name="Noise Threshold",
+        description=f"Relative noise at which a pixel is done {where}; 0 is off",
+        default=0.0,
+        min=0.0,
+        max=1.0,
+        precision=4,
+    )
+
+
+def _bounces(name, default):
+    return IntProperty(name=name, description="Largest number of bounces of that kind", default=default, min=0, max=1024)
+
+
+def _clamp(name):
+    return FloatProperty(
+        name=name, description="Largest value of a sample; loses light. 0 is off", default=0.0, min=0.0, max=1e8
+    )
+
+
+class LambentSettings(bpy.types.PropertyGroup):
+    """Settings of a scene. What was never set follows the scene's settings for Cycles (sync/settings.py)."""
+
+    integrator: EnumProperty(name="Integrator", description="How light is found", items=_INTEGRATORS, default="PT")
+    preview_integrator: EnumProperty(
+        name="Viewport Integrator", description="How light is found in the viewport", items=_INTEGRATORS, default="PT"
+    )
+    samples: _samples(128, "of a render")
+    preview_samples: _samples(32, "in the viewport")
+    time_limit: _time_limit("a render")
+    preview_time_limit: _time_limit("the viewport")
+    noise_threshold: _noise_threshold("in a render")
+    preview_noise_threshold: _noise_threshold("in the viewport")
+    seed: IntProperty(name="Seed", description="Chooses the noise pattern", default=0, min=0, max=(1 << 31) - 1)
+    animated_seed: BoolProperty(name="Animate Seed", description="Another noise pattern in each frame", default=False)
+    max_bounces: _bounces("Total", 12)
+    diffuse_bounces: _bounces("Diffuse", 4)
+    glossy_bounces: _bounces("Glossy", 4)
+    transmission_bounces: _bounces("Transmission", 12)
+    volume_bounces: _bounces("Volume", 0)
+    transparent_bounces: _bounces("Transparent", 8)
+    clamp_direct: _clamp("Clamp Direct")
+    clamp_indirect: _clamp("Clamp Indirect")
+    caustics_reflective: BoolProperty(
+        name="Reflective Caustics", description="Light that glossy surfaces cast on diffuse ones", default=True
+    )
+    caustics_refractive: BoolProperty(
+        name="Refractive Caustics", description="Light that transmissive surfaces cast on diffuse ones", default=True
+    )
+    pixel_filter: EnumProperty(
+        name="Pixel Filter", description="How samples are weighted into pixels", items=_FILTERS, default="BLACKMAN_HARRIS"
+    )
+    filter_width: FloatProperty(
+        name="Filter Width", description="Width of the pixel filter in pixels", default=1.5, min=0.01, max=10.0
+    )
+    film_exposure: FloatProperty(
+        name="Exposure", description="Factor for the brightness of the picture", default=1.0, min=0.0, soft_max=10.0
+    )
+    tile_size: IntProperty(name="Tile Size", description="Pixels along a side of a tile", default=64, min=16, max=1024)
+
+
+def register():
+    """Adds scene.lambent."""
+    bpy.utils.register_class(LambentSettings)
+    bpy.types.Scene.lambent = PointerProperty(type=LambentSettings)
+
+
+def unregister():
+    """Removes scene.lambent."""
+    del bpy.types.Scene.lambent
+    bpy.utils.unregister_class(LambentSettings)

@@ -11,7 +11,8 @@ namespace lambent {
 
 /// Discrete and piecewise-constant distribution over [0, 1) with n equal cells, by inverted CDF (monotonic: keeps
 /// stratification and can be inverted). Weights that are negative or not finite count as 0; if all are 0, or there are
-/// none, the distribution is uniform. Weights of any scale from 0 to 1e38. 8 bytes a cell.
+/// none, the distribution is uniform. Weights of any scale from 0 to 1e38. 4 bytes a cell. Densities are those of the
+/// stored float CDF, so that sample and pdf agree exactly; a cell below about 6e-8 of the sum may have none.
 class Distribution1D {
  public:
   Distribution1D() : Distribution1D(std::span<const float>()) {}
@@ -20,7 +21,7 @@ class Distribution1D {
   /// Sum of the valid weights divided by their number (the integral over [0, 1)); 0 if the distribution fell back to
   /// uniform.
   double integral() const { return integral_; }
-  int size() const { return static_cast<int>(cell_pdf_.size()); }
+  int size() const { return static_cast<int>(cdf_.size()) - 1; }
 
   struct Sample {
     float x = 0.0f;         ///< in [0, 1)
@@ -33,18 +34,17 @@ class Distribution1D {
   /// Density over [0, 1) at x; 0 outside.
   float pdf(float x) const;
   /// Discrete probability of a cell.
-  float prob(int cell) const { return cell_pdf_[cell] / static_cast<float>(size()); }
+  float prob(int cell) const { return cdf_[cell + 1] - cdf_[cell]; }
   /// The u for which sample(u).x == x (up to rounding).
   float invert(float x) const;
 
  private:
-  std::vector<float> cell_pdf_;  ///< density over [0, 1) in each cell; mean 1
-  std::vector<float> cdf_;       ///< n + 1, from 0 to 1
+  std::vector<float> cdf_;  ///< n + 1, from 0 to 1
   double integral_ = 0.0;
 };
 
 /// Piecewise-constant distribution over [0, 1)² with width x height equal cells: marginal in v, conditional in u.
-/// Weights as for Distribution1D. 8 bytes a cell.
+/// Weights as for Distribution1D. 4 bytes a cell.
 class Distribution2D {
  public:
   Distribution2D() : Distribution2D({}, 0, 0) {}
@@ -68,7 +68,7 @@ class Distribution2D {
   int width_ = 1, height_ = 1;
   double integral_ = 0.0;
   Distribution1D marginal_;
-  std::vector<Distribution1D> rows_;
+  std::vector<float> rows_;  ///< float[height][width + 1], CDF of each row
 };
 
 }  // namespace lambent

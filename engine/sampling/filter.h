@@ -9,7 +9,8 @@ namespace lambent {
 
 enum class FilterKind : uint8_t { box, gaussian, blackman_harris };
 
-/// A separable, normalised, non-negative pixel filter. Immutable; 4 KiB of table.
+/// A separable, normalised, non-negative pixel filter. Immutable; 4 KiB of table. sample() and density() agree exactly:
+/// both are those of the table (1024 cells of equal probability on each side of the centre).
 ///
 /// Shapes are those of Cycles (scene/film.cpp): box is 1 px wide whatever `width_px`, as in Blender; Gaussian is
 /// exp(-8 (x / width)²), that is sigma = width / 4, cut off at 1.5 widths; Blackman-Harris is the four-term window
@@ -42,9 +43,7 @@ class PixelFilter {
   float density_axis(float offset_px) const;
 
   FilterKind kind_;
-  float width_px_;
   float radius_px_;
-  float normalization_;             ///< 1 / integral of the shape along an axis
   std::vector<float> inverse_cdf_;  ///< k_cells + 1 offsets in [0, radius_px] of the half x >= 0
 };
 

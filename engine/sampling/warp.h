@@ -87,7 +87,7 @@ class SphericalTriangle {
   SphericalTriangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c);
 
   /// Solid angle seen from p, sr (Van Oosterom & Strackee 1983).
-  float solid_angle() const { return solid_angle_; }
+  float solid_angle() const;
   /// Barycentrics (b0, b1) of the sampled point, weights of a and b.
   Vec2 sample(const Vec2& u) const;
   /// Density of sample() per steradian at the point with barycentrics (b0, b1).
@@ -109,7 +109,7 @@ class SphericalTriangle {
 /// angle (Ureña, Fajardo & King 2013). Seen under less than k_small_solid_angle, points are sampled uniformly by area.
 class SphericalRectangle {
  public:
-  static constexpr float k_small_solid_angle = 1e-3f;
+  static constexpr float k_small_solid_angle = 1e-5f;
 
   /// A rectangle without area, or p in its plane, gives solid_angle() == 0 and pdf 0.
   SphericalRectangle(const Vec3& p, const Vec3& corner, const Vec3& edge_u, const Vec3& edge_v);
@@ -126,7 +126,7 @@ class SphericalRectangle {
 
  private:
   float x0_ = 0, y0_ = 0, z0_ = 0, x1_ = 0, y1_ = 0;  ///< in the frame of the edges, p at the origin; z0 < 0
-  float b0_ = 0, b1_ = 0, k_ = 0;
+  double b0_ = 0, b1_ = 0, k_ = 0;
   float solid_angle_ = 0.0f;
   bool by_solid_angle_ = false;
 };
@@ -135,7 +135,7 @@ class SphericalRectangle {
 // ---------------------------------------------------------------------------------------------------------
 
 /// Lens opening in units of the aperture radius: a disk (blades < 3) or a regular polygon inscribed in the unit circle
-/// with a corner at `rotation_rad`, then scaled in x by 1 / ratio (Blender's aperture_ratio). As Cycles
+/// with the middle of an edge at `rotation_rad`, then scaled in x by 1 / ratio (Blender's aperture_ratio). As Cycles
 /// (kernel/camera/camera.h).
 struct Aperture {
   int blades = 0;

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "engine/base/denormals.h"
+#include "engine/geometry/geometry.h"
 
 namespace lambent {
 
@@ -61,7 +61,7 @@ void WorkerPool::wake() {
 }
 
 void WorkerPool::run(int worker) {
-  set_flush_denormals();
+  const DenormalsFlushed denormals;
   std::unique_lock lock(mutex_);
   size_t fruitless = 0;  // sources asked in a row that had nothing
   uint64_t seen_wake = wake_count_;

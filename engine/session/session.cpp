@@ -12,7 +12,6 @@
 #include "engine/scene/scene_builder.h"
 #include "engine/session/render.h"
 #include "engine/session/worker_pool.h"
-#include "engine/shading/graph.h"
 
 namespace lambent {
 
@@ -24,7 +23,7 @@ double seconds_since(Clock::time_point start) { return std::chrono::duration<dou
 
 class PooledEngine final : public Engine {
  public:
-  explicit PooledEngine(const EngineOptions& options) : options(options), pool(options.threads) {}
+  explicit PooledEngine(const EngineOptions& engine_options) : options(engine_options), pool(engine_options.threads) {}
   int thread_count() const override { return pool.thread_count(); }
 
   const EngineOptions options;
@@ -358,6 +357,5 @@ Status Session::load_checkpoint(const std::string& path) {
 std::shared_ptr<Engine> Engine::create(const EngineOptions& options) { return std::make_shared<PooledEngine>(options); }
 
 std::vector<std::string> available_integrators() { return integrator_names(); }
-std::vector<std::string> supported_node_types() { return shading_node_types(); }
 
 }  // namespace lambent

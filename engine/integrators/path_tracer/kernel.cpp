@@ -47,7 +47,7 @@ void Kernel<profile>::add_lamps(const Ray& ray, float t_end) {
   const LightSet& lights = scene_.lights();
   if (!lights.has_visible_lamps()) return;
   // Lamps that face their receiver turn to the last scattering vertex, from which distances are counted too.
-  const Vec3 origin = bounces_.transparent > 0 && last_.pdf_solid_angle > 0.0f ? last_.p_world : ray.origin;
+  const Vec3 origin = distance_before_ > 0.0f && last_.pdf_solid_angle > 0.0f ? last_.p_world : ray.origin;
   const float before = origin == ray.origin ? 0.0f : distance_before_;
   float t = before + ray.t_min;
   for (int count = 0; count < 64; ++count) {

@@ -133,7 +133,7 @@ class Engine {
 
 /// Names that `settings.integrator` may have.
 std::vector<std::string> available_integrators();
-/// Node types that materials may use; others get a stand-in and a message.
+/// Node types that materials may use; others get a stand-in and a message. Defined by shading/.
 std::vector<std::string> supported_node_types();
 
 }  // namespace lambent

@@ -1,0 +1,230 @@
+#include "engine/integrators/path_tracer/kernel.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lambent::path_tracer {
+
+namespace {
+
+/// Whether some lobe sends light through the surface: then lights on both sides matter.
+bool transmits(const Bsdf& bsdf) {
+  for (const Lobe& lobe : bsdf.lobes())
+    if (lobe.kind == LobeKind::translucent || lobe.kind == LobeKind::refraction || lobe.kind == LobeKind::glass)
+      return true;
+  return false;
+}
+
+}  // namespace
+
+template <KernelProfile profile>
+void Kernel<profile>::add(const Color& contribution, bool indirect) {
+  const float limit = indirect ? settings_.clamp_indirect : settings_.clamp_direct;
+  if (limit > 0.0f) {
+    const float sum = std::fabs(contribution.x) + std::fabs(contribution.y) + std::fabs(contribution.z);
+    if (sum > limit) {
+      estimate_.radiance += contribution * (limit / sum);
+      return;
+    }
+  }
+  estimate_.radiance += contribution;
+}
+
+/// MIS weight of meeting a light by scattering.
+template <KernelProfile profile>
+float Kernel<profile>::emission_weight(LightIndex light, const Vec3& direction, float distance, const Vec2& uv,
+                                       const LightTraits& traits) const {
+  if (!last_.weighed) return 1.0f;
+  if (!traits.hit_by_rays) return 0.0f;  // found by next event alone
+  const float pdf_next_event =
+      scene_.lights().pdf_solid_angle(last_.p_world, last_.receiver_normal, light, direction, distance, uv);
+  return power_heuristic(last_.pdf_solid_angle, pdf_next_event);
+}
+
+/// Lamps in front of what the ray met: they shine and let the ray through.
+template <KernelProfile profile>
+void Kernel<profile>::add_lamps(const Ray& ray, float t_end) {
+  const LightSet& lights = scene_.lights();
+  if (!lights.has_visible_lamps()) return;
+  // Lamps that face their receiver turn to the last scattering vertex, from which distances are counted too.
+  const Vec3 origin = distance_before_ > 0.0f && last_.pdf_solid_angle > 0.0f ? last_.p_world : ray.origin;
+  const float before = origin == ray.origin ? 0.0f : distance_before_;
+  float t = before + ray.t_min;
+  for (int count = 0; count < 64; ++count) {
+    const LightHit hit = lights.intersect(origin, ray.direction, t, before + t_end, bounces_.ray_kind);
+    if (!hit) return;
+    t = hit.distance_m;
+    if (bounces_.total > hit.traits->max_bounces) continue;
+    const float weight = emission_weight(hit.light, ray.direction, hit.distance_m, hit.uv, *hit.traits);
+    if (weight > 0.0f)
+      add(throughput_ * scene_.light_radiance(hit, path_counts()) * weight, bounces_.total > 1);
+  }
+}
+
+template <KernelProfile profile>
+void Kernel<profile>::add_background(const Vec3& direction) {
+  if (settings_.film_transparent && only_transparent_) {
+    estimate_.transparency += (throughput_.x + throughput_.y + throughput_.z) / 3.0f;
+    return;
+  }
+  scene_.lights().for_each_infinite(direction, bounces_.ray_kind, [&](const LightHit& hit) {
+    if (bounces_.total > hit.traits->max_bounces) return;
+    const float weight = emission_weight(hit.light, direction, k_infinity, hit.uv, *hit.traits);
+    if (weight > 0.0f) add(throughput_ * scene_.light_radiance(hit, path_counts()) * weight, bounces_.total > 1);
+  });
+}
+
+template <KernelProfile profile>
+void Kernel<profile>::add_surface_emission(const SurfaceHit& hit, const SurfaceBinding& binding, const Vec3& direction,
+                                           float distance, const Color& emission) {
+  if (is_black(emission)) return;
+  float weight = 1.0f;
+  if (last_.weighed && binding.samples_emission) {
+    const LightIndex light = scene_.light_at(hit);
+    if (light != k_no_light)
+      weight = emission_weight(light, direction, distance, hit.barycentric, scene_.lights().traits(light));
+  }
+  add(throughput_ * emission * weight, bounces_.total > 1);
+}
+
+/// Transmittance of the segment: 1 or 0, or with transparent surfaces the product of theirs.
+template <KernelProfile profile>
+Color Kernel<profile>::visibility(const Ray& ray) {
+  ++counts_.rays;
+  if constexpr (!k_transparency) {
+    return Color(scene_.geometry().occluded(ray) ? 0.0f : 1.0f);
+  } else {
+    Color transmittance(1.0f);
+    int surfaces = bounces_.transparent;
+    const Vec3 wi = -normalize(ray.direction);
+    PathCounts counts = path_counts();
+    counts.ray_kind = k_ray_shadow;
+    const bool blocked = scene_.geometry().occluded(ray, [&](const Hit& hit) {
+      if (++surfaces > settings_.bounces.transparent) return false;
+      const SurfaceHit surface = scene_.geometry().surface(hit);
+      const SurfaceBinding& binding = scene_.binding(hit.instance, surface.material_slot);
+      if (!binding.program->traits().may_be_transparent) return false;
+      ShadingPoint point;
+      scene_.fill_shading_point(surface, binding, wi, hit.t * length(ray.direction), {}, counts, point);
+      transmittance *= binding.program->transparency(point, scene_.textures());
+      return !is_black(transmittance);
+    });
+    return blocked ? Color(0.0f) : transmittance;
+  }
+}
+
+template <KernelProfile profile>
+void Kernel<profile>::next_event(const ShadingPoint& point, const SurfaceHit& hit, const Bsdf& bsdf,
+                                 const Vec3& receiver_normal, uint32_t event_index) {
+  const LightSample light =
+      scene_.lights().sample(hit.p_world, receiver_normal, sampler_.get_1d(bounce_dimension(event_index, k_dimension_light_selection)),
+                             sampler_.get_2d(bounce_dimension(event_index, k_dimension_light_position)));
+  if (!light || !(light.pdf_solid_angle > 0.0f) || bounces_.total > light.traits->max_bounces) return;
+  const BsdfEval scattered =
+      bsdf.eval(point.wi_world, light.direction_world, Transport::radiance, ReversePdf::no);
+  if (is_black(scattered.f_cos)) return;
+  const Color radiance = scene_.sample_radiance(light, path_counts());
+  const bool hit_by_rays = !light.is_delta && light.traits->hit_by_rays;
+  const float weight = hit_by_rays ? power_heuristic(light.pdf_solid_angle, scattered.pdf_solid_angle) : 1.0f;
+  Color contribution = throughput_ * scattered.f_cos * radiance * (weight / light.pdf_solid_angle);
+  if (is_black(contribution)) return;
+  if (light.traits->shadows) {
+    const Vec3 origin = offset_origin(hit.p_world, hit.p_error, hit.ng_world, light.direction_world);
+    Ray ray{origin, 0.0f, light.direction_world, k_infinity, k_visible_shadow};
+    if (!light.is_infinite) {
+      Vec3 target = light.p_light_world;
+      if (scene_.lights().kind(light.light) == LightKind::triangle) {
+        const SurfaceHit on_light = scene_.geometry().surface(light.instance, light.triangle, light.uv);
+        target = offset_origin(on_light.p_world, on_light.p_error, on_light.ng_world, -light.direction_world);
+      }
+      ray = segment(origin, target, k_visible_shadow);
+    }
+    contribution *= visibility(ray);
+  }
+  add(contribution, bounces_.total > 0);
+}
+
+template <KernelProfile profile>
+PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
+  ++counts_.paths;
+  Ray ray{camera_ray.origin, camera_ray.t_min, camera_ray.direction, camera_ray.t_max, k_visible_camera};
+  RayCone cone{camera_ray.width_m, camera_ray.spread};
+  last_.p_world = camera_ray.origin;
+  ShadingPoint point;
+  Bsdf bsdf;
+  for (uint32_t event_index = 0;; ++event_index) {
+    Hit geometry_hit;
+    ++counts_.rays;
+    const bool found = scene_.geometry().intersect(ray, geometry_hit);
+    add_lamps(ray, found ? geometry_hit.t : ray.t_max);
+    if (!found) {
+      add_background(ray.direction);
+      break;
+    }
+    const SurfaceHit hit = scene_.geometry().surface(geometry_hit);
+    const SurfaceBinding& binding = scene_.binding(hit.instance, hit.material_slot);
+    const Program& program = *binding.program;
+    const float distance = distance_before_ + geometry_hit.t;
+    scene_.fill_shading_point(hit, binding, -ray.direction, geometry_hit.t, cone, path_counts(), point);
+
+    BsdfSample scattered;
+    if (bounces_.last) {
+      if (program.traits().emits)
+        add_surface_emission(hit, binding, ray.direction, distance, program.emission(point, scene_.textures()));
+      if (!k_transparency || !program.traits().may_be_transparent) break;
+      scattered.weight = program.transparency(point, scene_.textures());
+      scattered.wo_world = ray.direction;
+      scattered.event = k_scatter_transparent | k_scatter_delta;
+    } else {
+      program.evaluate(point, scene_.textures(), bsdf);
+      if (program.traits().emits) add_surface_emission(hit, binding, ray.direction, distance, bsdf.emission());
+      if (bsdf.empty()) break;
+      const Vec3 receiver_normal = transmits(bsdf) ? Vec3(0.0f) : point.ng_world;
+      if (bsdf.has_non_delta() && !scene_.lights().empty()) next_event(point, hit, bsdf, receiver_normal, event_index);
+      scattered = bsdf.sample(point.wi_world, sampler_.get_1d(bounce_dimension(event_index, k_dimension_lobe)),
+                              sampler_.get_2d(bounce_dimension(event_index, k_dimension_direction)),
+                              Transport::radiance, ReversePdf::no);
+      if (scattered.event == k_scatter_none) break;
+      if (!(scattered.event & k_scatter_transparent)) {
+        last_ = {hit.p_world, receiver_normal, scattered.pdf_solid_angle, !(scattered.event & k_scatter_delta)};
+      }
+    }
+    throughput_ *= scattered.weight;
+    if (is_black(throughput_)) break;
+
+    if (!bounces_.advance(scattered.event, settings_.bounces)) break;
+    if (scattered.event & k_scatter_transparent) {
+      distance_before_ = distance;
+    } else {
+      const bool transmission = scattered.event & k_scatter_transmission;
+      const bool diffuse = scattered.event & k_scatter_diffuse;
+      if (after_diffuse_ && !diffuse &&
+          !(transmission ? settings_.caustics_refractive : settings_.caustics_reflective))
+        break;
+      after_diffuse_ = after_diffuse_ || diffuse;
+      only_transparent_ = false;
+      distance_before_ = 0.0f;
+    }
+
+    // Roulette on the throughput, as Cycles does: by its square root, which keeps more of what is dim but still matters.
+    if (event_index > 0) {
+      const float survival = std::min(1.0f, std::sqrt(max_component(abs(throughput_))));
+      if (survival < 1.0f) {
+        if (sampler_.get_1d(bounce_dimension(event_index, k_dimension_roulette)) >= survival) break;
+        throughput_ /= survival;
+      }
+    }
+
+    const float t_max = bounces_.ray_kind & k_ray_camera ? ray.t_max - geometry_hit.t : k_infinity;
+    cone.width_m += cone.spread * geometry_hit.t;
+    ray = ray_from_surface(hit.p_world, hit.p_error, hit.ng_world, scattered.wo_world,
+                           bounces_.ray_kind & k_visible_all);
+    ray.t_max = t_max;
+  }
+  return estimate_;
+}
+
+template class Kernel<KernelProfile::solid>;
+template class Kernel<KernelProfile::surfaces>;
+
+}  // namespace lambent::path_tracer

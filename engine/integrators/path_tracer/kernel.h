@@ -1,0 +1,68 @@
+// The path tracer's kernel: the radiance of one camera sample. Compiled once for each KernelProfile.
+#pragma once
+
+#include "engine/integrators/integrator.h"
+#include "engine/path/bounces.h"
+#include "engine/path/mis.h"
+#include "engine/sampling/dimension.h"
+#include "engine/sampling/sampler.h"
+
+namespace lambent::path_tracer {
+
+/// What one camera sample sees: premultiplied, exposure not applied.
+struct PathEstimate {
+  Color radiance{0.0f};
+  float transparency = 0.0f;  ///< share of the sample that saw the (transparent) film behind the scene
+};
+
+/// One walk from the camera. Lives on the stack of one sample.
+template <KernelProfile profile>
+class Kernel {
+ public:
+  Kernel(const Scene& scene, const IntegratorSettings& settings, const Sampler& sampler, RayCounts& counts)
+      : scene_(scene), settings_(settings), sampler_(sampler), counts_(counts) {}
+
+  PathEstimate run(const CameraRay& camera_ray);
+
+ private:
+  static constexpr bool k_transparency = profile >= KernelProfile::surfaces;
+
+  /// The vertex that the walk last scattered at: where emission that a ray meets is weighed against next event.
+  struct LastScatter {
+    Vec3 p_world{0.0f}, receiver_normal{0.0f};
+    float pdf_solid_angle = 0.0f;
+    bool weighed = false;  ///< next event could have found the same light: false at the camera and after delta lobes
+  };
+
+  void add(const Color& contribution, bool indirect);
+  float emission_weight(LightIndex light, const Vec3& direction, float distance, const Vec2& uv,
+                        const LightTraits& traits) const;
+  void add_lamps(const Ray& ray, float t_end);
+  void add_background(const Vec3& direction);
+  void add_surface_emission(const SurfaceHit& hit, const SurfaceBinding& binding, const Vec3& direction, float distance,
+                            const Color& emission);
+  void next_event(const ShadingPoint& point, const SurfaceHit& hit, const Bsdf& bsdf, const Vec3& receiver_normal,
+                  uint32_t event_index);
+  Color visibility(const Ray& ray);
+  PathCounts path_counts() const {
+    return {bounces_.ray_kind,     bounces_.total,        bounces_.diffuse,
+            bounces_.glossy,       bounces_.transmission, bounces_.transparent};
+  }
+
+  const Scene& scene_;
+  const IntegratorSettings& settings_;
+  const Sampler& sampler_;
+  RayCounts& counts_;
+  PathEstimate estimate_;
+  Color throughput_{1.0f};
+  BounceState bounces_;
+  LastScatter last_;
+  float distance_before_ = 0.0f;  ///< from the last scattering to the present ray's origin, through transparent surfaces
+  bool only_transparent_ = true;  ///< nothing but transparent surfaces since the camera
+  bool after_diffuse_ = false;
+};
+
+extern template class Kernel<KernelProfile::solid>;
+extern template class Kernel<KernelProfile::surfaces>;
+
+}  // namespace lambent::path_tracer

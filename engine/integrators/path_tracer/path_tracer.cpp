@@ -1,0 +1,59 @@
+#include "engine/integrators/path_tracer/path_tracer.h"
+
+#include "engine/base/check.h"
+#include "engine/integrators/path_tracer/kernel.h"
+
+namespace lambent {
+
+namespace {
+
+template <KernelProfile profile>
+class PathTracer final : public Integrator {
+ public:
+  PathTracer(std::shared_ptr<const Scene> scene, const IntegratorSettings& settings)
+      : scene_(std::move(scene)), settings_(settings) {}
+
+  RayCounts render_tile(Film& film, int tile, int64_t target_samples, const CancelFlag& cancel) const override {
+    RayCounts counts;
+    TileWriter writer(film, tile);
+    const Rectangle& rectangle = film.tiles()[tile];
+    const bool adaptive = film.settings().second_moments;
+    for (int y = rectangle.y; y < rectangle.y + rectangle.height; ++y)
+      for (int x = rectangle.x; x < rectangle.x + rectangle.width; ++x) {
+        if (cancel.cancelled()) return counts;
+        if (adaptive && !film.active(x, y)) continue;
+        for (int64_t sample = film.sample_count(x, y); sample < target_samples; ++sample)
+          writer.add(x, y, render_sample(x, y, static_cast<uint32_t>(sample), counts));
+      }
+    return counts;
+  }
+
+ private:
+  Vec4 render_sample(int x, int y, uint32_t sample, RayCounts& counts) const {
+    render_context().pixel_x = x;
+    render_context().pixel_y = y;
+    render_context().sample = sample;
+    const Sampler sampler(settings_.seed, x, y, sample);
+    const Vec2 offset = settings_.filter.sample(sampler.get_2d(k_dimension_pixel_filter));
+    const Vec2 raster(static_cast<float>(x) + 0.5f + offset.x, static_cast<float>(y) + 0.5f + offset.y);
+    const CameraRay ray = scene_->camera().sample_ray(raster, sampler.get_2d(k_dimension_lens));
+    path_tracer::Kernel<profile> kernel(*scene_, settings_, sampler, counts);
+    const path_tracer::PathEstimate estimate = kernel.run(ray);
+    const Color radiance = estimate.radiance * settings_.exposure;
+    return {radiance.x, radiance.y, radiance.z, 1.0f - estimate.transparency};
+  }
+
+  const std::shared_ptr<const Scene> scene_;
+  const IntegratorSettings settings_;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_path_tracer(std::shared_ptr<const Scene> scene, const IntegratorSettings& settings) {
+  CHECK(settings.profile >= scene->profile().kernel(), "the kernel must cover what the scene needs");
+  if (settings.profile == KernelProfile::solid)
+    return std::make_unique<PathTracer<KernelProfile::solid>>(std::move(scene), settings);
+  return std::make_unique<PathTracer<KernelProfile::surfaces>>(std::move(scene), settings);
+}
+
+}  // namespace lambent

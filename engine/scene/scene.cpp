@@ -1,0 +1,174 @@
+#include "engine/scene/scene.h"
+
+#include <unordered_set>
+
+#include "engine/base/frame.h"
+
+namespace lambent {
+
+namespace {
+
+/// Extent of one pixel on a surface from the width of the ray's cone there: across the ray, and along its projection,
+/// where it is longer by 1/cos (at most 1/0.05, so that grazing lookups stay bounded).
+void footprint(const Vec3& n, const Vec3& wi, float width_m, Vec3& dpdx, Vec3& dpdy) {
+  Vec3 across = cross(n, wi);
+  const float sine = length(across);
+  across = sine > 1e-4f ? across / sine : Frame::from_normal(n).s;
+  dpdx = across * width_m;
+  dpdy = cross(n, across) * (width_m / std::max(std::fabs(dot(n, wi)), 0.05f));
+}
+
+/// Solves v = du * dpdu + dv * dpdv for a tangential v (least squares).
+Vec2 barycentric_change(const Vec3& v, const Vec3& dpdu, const Vec3& dpdv) {
+  const double uu = dot(dpdu, dpdu), uv = dot(dpdu, dpdv), vv = dot(dpdv, dpdv);
+  const double determinant = uu * vv - uv * uv;
+  if (!(determinant > 0.0)) return {0.0f, 0.0f};
+  const double a = dot(v, dpdu), b = dot(v, dpdv);
+  return {static_cast<float>((a * vv - b * uv) / determinant), static_cast<float>((b * uu - a * uv) / determinant)};
+}
+
+void set_counts(const PathCounts& counts, ShadingPoint& point) {
+  point.ray_kind = counts.ray_kind;
+  point.ray_depth = counts.depth;
+  point.diffuse_depth = counts.diffuse;
+  point.glossy_depth = counts.glossy;
+  point.transmission_depth = counts.transmission;
+  point.transparent_depth = counts.transparent;
+}
+
+}  // namespace
+
+void Scene::fill_shading_point(const SurfaceHit& hit, const SurfaceBinding& binding, const Vec3& wi_world,
+                               float ray_length, const RayCone& cone, const PathCounts& counts,
+                               ShadingPoint& point) const {
+  const Instance& instance = geometry_->instance(hit.instance);
+  const InstanceShading& shading = instances_[hit.instance];
+  const bool back = dot(hit.ng_world, wi_world) < 0.0f;
+  point.p_world = hit.p_world;
+  point.backfacing = back;
+  point.ng_world = back ? -hit.ng_world : hit.ng_world;
+  point.ns_world = back ? -hit.ns_world : hit.ns_world;
+  point.wi_world = wi_world;
+  point.dpdu_world = hit.dpdu_world;
+  point.dpdv_world = hit.dpdv_world;
+  point.barycentric = hit.barycentric;
+  set_counts(counts, point);
+  point.ray_length = ray_length;
+  point.random_id = shading.random_id;
+  point.object_index = shading.object_index;
+  point.object_pass_index = shading.object_pass_index;
+  point.material_pass_index = binding.material_pass_index;
+  point.world_from_object = &instance.world_from_object;
+  point.object_from_world = &instance.object_from_world;
+  point.origin_shift = Vec3(origin_shift_);
+
+  const bool differentials = binding.program->traits().needs_differentials;
+  if (differentials)
+    footprint(point.ng_world, wi_world, cone.width_m + cone.spread * ray_length, point.dpdx_world, point.dpdy_world);
+  const std::span<const AttributeRequest> requests = binding.program->attribute_requests();
+  if (requests.empty()) return;
+
+  Vec2 dx{0, 0}, dy{0, 0};
+  if (differentials) {
+    dx = barycentric_change(point.dpdx_world, hit.dpdu_world, hit.dpdv_world);
+    dy = barycentric_change(point.dpdy_world, hit.dpdu_world, hit.dpdv_world);
+  }
+  const TriangleMesh& mesh = *hit.mesh;
+  for (size_t i = 0; i < requests.size() && i < k_max_attributes; ++i) {
+    AttributeValue& value = point.attributes[i];
+    const int index = binding.attributes[i];
+    switch (requests[i].kind) {
+      case AttributeRequest::Kind::generated: {
+        const Vec3 p_object = instance.object_from_world.point(hit.p_world);
+        const Vec3 generated = mesh.generated(p_object);
+        value.value = {generated.x, generated.y, generated.z, 1.0f};
+        if (differentials) {
+          const Vec3 x = mesh.generated(p_object + instance.object_from_world.vector(point.dpdx_world)) - generated;
+          const Vec3 y = mesh.generated(p_object + instance.object_from_world.vector(point.dpdy_world)) - generated;
+          value.ddx = {x.x, x.y, x.z, 0.0f};
+          value.ddy = {y.x, y.y, y.z, 0.0f};
+        }
+        break;
+      }
+      case AttributeRequest::Kind::tangent: {
+        value = AttributeValue{};
+        if (index < 0) break;
+        const Vec4 tangent = mesh.tangent(index, hit.primitive, hit.barycentric);
+        const Vec3 world = normalize(instance.world_from_object.vector({tangent.x, tangent.y, tangent.z}));
+        value.value = {world.x, world.y, world.z, instance.mirrored ? -tangent.w : tangent.w};
+        break;
+      }
+      default: {
+        value = AttributeValue{};
+        if (index < 0) {
+          value.value = {0, 0, 0, 0};
+        } else if (differentials) {
+          const TriangleMesh::AttributeGradient gradient =
+              mesh.attribute_gradient(index, hit.primitive, hit.barycentric);
+          value.value = gradient.value;
+          value.ddx = gradient.du * dx.x + gradient.dv * dx.y;
+          value.ddy = gradient.du * dy.x + gradient.dv * dy.y;
+        } else {
+          value.value = mesh.attribute(index, hit.primitive, hit.barycentric);
+        }
+      }
+    }
+  }
+}
+
+Color Scene::environment(const Vec3& direction_world, const PathCounts& counts) const {
+  if (!world_) return Color(0.0f);
+  if (world_->traits().constant_emission) return world_->traits().emission;
+  ShadingPoint point;
+  point.wi_world = -direction_world;
+  point.ng_world = point.ns_world = -direction_world;
+  point.p_world = direction_world;
+  set_counts(counts, point);
+  return world_->emission(point, textures_.get());
+}
+
+Color Scene::programmed_radiance(LightIndex light, const Vec3& direction, float distance, const Vec3& p_light,
+                                 const Vec3& n_light, const Vec2& uv, const Color& radiance, const LightTraits& traits,
+                                 const PathCounts& counts) const {
+  if (lights_->kind(light) == LightKind::environment) return environment(direction, counts);
+  const LampProgram& lamp = lamp_programs_[traits.user];
+  ShadingPoint point;
+  point.p_world = distance < k_infinity ? p_light : -direction;
+  point.wi_world = -direction;
+  point.ng_world = point.ns_world = dot(n_light, direction) > 0.0f ? -n_light : n_light;
+  point.ray_length = distance;
+  set_counts(counts, point);
+  point.world_from_object = &lamp.world_from_light;
+  point.object_from_world = &lamp.light_from_world;
+  point.origin_shift = Vec3(origin_shift_);
+  point.barycentric = uv;
+  return radiance * lamp.program->emission(point, textures_.get());
+}
+
+Color Scene::triangle_radiance(uint32_t instance, uint32_t primitive, const Vec2& barycentric, const Vec3& wi_world,
+                               float distance, const PathCounts& counts) const {
+  const SurfaceHit hit = geometry_->surface(instance, primitive, barycentric);
+  const SurfaceBinding& material = binding(instance, hit.material_slot);
+  ShadingPoint point;
+  fill_shading_point(hit, material, wi_world, distance, {}, counts, point);
+  return material.program->emission(point, textures_.get());
+}
+
+SceneStatistics Scene::statistics() const {
+  SceneStatistics result;
+  result.triangles = geometry_->triangle_count();
+  result.unique_triangles = geometry_->unique_triangle_count();
+  result.instances = geometry_->instance_count();
+  result.emitters = lights_->sampled_lights();
+  result.geometry_bytes = geometry_->mesh_bytes();
+  result.bvh_bytes = geometry_->bvh_bytes();
+  result.texture_bytes = textures_ ? textures_->bytes() : 0;
+  result.light_bytes = lights_->bytes();
+  std::unordered_set<const Program*> programs;
+  for (const SurfaceBinding& surface : bindings_)
+    if (programs.insert(surface.program.get()).second) result.shading_bytes += surface.program->bytes();
+  result.shading_bytes += bindings_.size() * sizeof(SurfaceBinding) + instances_.size() * sizeof(InstanceShading);
+  return result;
+}
+
+}  // namespace lambent

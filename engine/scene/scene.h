@@ -1,0 +1,121 @@
+// An immutable snapshot of everything a render reads. Made by SceneBuilder; shared by threads; never changes.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "engine/assets/texture_system.h"
+#include "engine/camera/camera.h"
+#include "engine/geometry/geometry.h"
+#include "engine/lights/light_set.h"
+#include "engine/scene/profile.h"
+#include "engine/shading/program.h"
+#include "engine/shading/shading_point.h"
+
+namespace lambent {
+
+/// A material as it meets a mesh: the program and where the mesh keeps what the program asks for.
+struct SurfaceBinding {
+  std::shared_ptr<const Program> program;
+  std::array<int16_t, k_max_attributes> attributes{};  ///< by request: index of the mesh's attribute; -1: none
+  uint32_t material_pass_index = 0;
+  bool samples_emission = false;  ///< its triangles are in the LightSet
+};
+
+/// What shading needs to know about an instance. 24 bytes.
+struct InstanceShading {
+  uint32_t first_binding = 0;  ///< of Scene's bindings, by material slot
+  uint32_t slots = 1;          ///< higher slots take the last
+  uint32_t random_id = 0;
+  uint32_t object_index = 0;
+  uint32_t object_pass_index = 0;
+};
+
+/// Extent of a pixel along a ray: width_m + spread * t (ray cones, Akenine-Möller et al. 2019).
+struct RayCone {
+  float width_m = 0.0f, spread = 0.0f;
+};
+
+/// Where a path stands, for the Light Path node.
+struct PathCounts {
+  uint32_t ray_kind = k_ray_camera;
+  int depth = 0, diffuse = 0, glossy = 0, transmission = 0, transparent = 0;
+};
+
+/// Counts for the statistics.
+struct SceneStatistics {
+  uint64_t triangles = 0, unique_triangles = 0, instances = 0, emitters = 0;
+  size_t geometry_bytes = 0, bvh_bytes = 0, texture_bytes = 0, light_bytes = 0, shading_bytes = 0;
+};
+
+class Scene {
+ public:
+  const Camera& camera() const { return camera_; }
+  const Geometry& geometry() const { return *geometry_; }
+  const LightSet& lights() const { return *lights_; }
+  const TextureSystem* textures() const { return textures_.get(); }
+  const SceneProfile& profile() const { return profile_; }
+  /// The user's world position is p_world + origin_shift.
+  const Vec3d& origin_shift() const { return origin_shift_; }
+  SceneStatistics statistics() const;
+
+  /// The material at a hit. Cheap: no shading is done.
+  const SurfaceBinding& binding(uint32_t instance, uint32_t material_slot) const {
+    const InstanceShading& shading = instances_[instance];
+    return bindings_[shading.first_binding + std::min(material_slot, shading.slots - 1)];
+  }
+
+  /// Fills `point` for running the program of `binding` at `hit`. `wi_world` unit, towards where the ray came from.
+  void fill_shading_point(const SurfaceHit& hit, const SurfaceBinding& binding, const Vec3& wi_world, float ray_length,
+                          const RayCone& cone, const PathCounts& counts, ShadingPoint& point) const;
+
+  /// Radiance of the world along unit `direction_world` as seen by rays of `ray_kind`, black without a world program.
+  Color environment(const Vec3& direction_world, const PathCounts& counts) const;
+
+  /// Radiance of a lamp or the world, as sampled or hit, towards the receiver, its program run if it has one.
+  template <typename LightPoint>
+  Color light_radiance(const LightPoint& light, const PathCounts& counts) const {
+    if (!light.traits->program) return light.radiance;
+    return programmed_radiance(light.light, light.direction_world, light.distance_m, light.p_light_world,
+                               light.n_light_world, light.uv, light.radiance, *light.traits, counts);
+  }
+  /// The same for a sampled point, which may also be on an emissive triangle.
+  Color sample_radiance(const LightSample& sample, const PathCounts& counts) const {
+    if (!sample.traits->program || lights_->kind(sample.light) != LightKind::triangle)
+      return light_radiance(sample, counts);
+    return triangle_radiance(sample.instance, sample.triangle, sample.uv, -sample.direction_world, sample.distance_m,
+                             counts);
+  }
+  /// Light of the emissive triangle at a hit; k_no_light if it is not sampled.
+  LightIndex light_at(const SurfaceHit& hit) const { return lights_->find_triangle(hit.instance, hit.primitive); }
+
+ private:
+  friend class SceneBuilder;
+  Color triangle_radiance(uint32_t instance, uint32_t primitive, const Vec2& barycentric, const Vec3& wi_world,
+                          float distance, const PathCounts& counts) const;
+  explicit Scene(const Camera& camera) : camera_(camera) {}
+
+  Color programmed_radiance(LightIndex light, const Vec3& direction, float distance, const Vec3& p_light,
+                            const Vec3& n_light, const Vec2& uv, const Color& radiance, const LightTraits& traits,
+                            const PathCounts& counts) const;
+
+  Camera camera_;
+  std::shared_ptr<const Geometry> geometry_;
+  std::vector<std::shared_ptr<const TriangleMesh>> meshes_;  ///< keeps those of geometry_ alive
+  std::vector<InstanceShading> instances_;
+  std::vector<SurfaceBinding> bindings_;
+  std::shared_ptr<const LightSet> lights_;
+  struct LampProgram {
+    std::shared_ptr<const Program> program;
+    Transform world_from_light, light_from_world;
+  };
+  std::vector<LampProgram> lamp_programs_;  ///< LightTraits::user of lamps with programs
+  std::shared_ptr<const Program> world_;
+  std::shared_ptr<const TextureSystem> textures_;
+  SceneProfile profile_;
+  Vec3d origin_shift_{0.0};
+};
+
+}  // namespace lambent

@@ -1,0 +1,148 @@
+#include "engine/session/render.h"
+
+#include <algorithm>
+
+namespace lambent {
+
+namespace {
+
+/// Passes grow: 1, 2, 4, 8, 16 samples, then 16 more each: something to see at once, and later long enough pieces.
+int64_t next_target(int64_t samples, int64_t limit) {
+  const int64_t next = samples < 1 ? 1 : samples < 16 ? 2 * samples : (samples / 16 + 1) * 16;
+  return limit > 0 ? std::min(next, limit) : next;
+}
+
+/// Adaptive sampling looks at a pixel only once it has this many samples.
+constexpr int64_t k_min_adaptive_samples = 16;
+
+}  // namespace
+
+Render::Render(WorkerPool& pool, std::shared_ptr<Film> film, std::unique_ptr<Integrator> integrator,
+               const RenderGoal& goal, const CancelFlag& cancel, std::function<void()> tile_finished)
+    : pool_(pool),
+      film_(std::move(film)),
+      integrator_(std::move(integrator)),
+      goal_(goal),
+      cancel_(cancel),
+      tile_finished_(std::move(tile_finished)),
+      tile_busy_(static_cast<size_t>(film_->tiles().count()), 0) {
+  target_ = film_->min_sample_count();
+  begin_next_pass();
+}
+
+double Render::elapsed_s() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+
+void Render::begin_next_pass() {
+  if (goal_.noise_threshold > 0.0f && target_ >= k_min_adaptive_samples &&
+      film_->stop_converged(goal_.noise_threshold, target_) == 0)
+    exhausted_ = true;
+  const int64_t next = next_target(target_, goal_.samples);
+  if (next <= target_ || tile_busy_.empty()) exhausted_ = true;
+  if (exhausted_) return;
+  target_ = next;
+  next_tile_ = 0;
+  done_in_pass_ = 0;
+}
+
+bool Render::next_piece(Piece& piece) {
+  if (exhausted_ || stop_tiles_.cancelled()) return false;
+  const int count = static_cast<int>(tile_busy_.size());
+  if (next_tile_ == count) {
+    if (goal_.noise_threshold > 0.0f && busy_ > 0) return false;  // what stops is decided between passes
+    begin_next_pass();
+    if (exhausted_) return false;
+  }
+  if (goal_.noise_threshold > 0.0f)
+    while (next_tile_ < count && !film_->tile_active(next_tile_)) ++next_tile_, ++done_in_pass_;
+  if (next_tile_ == count) return next_piece(piece);
+  if (tile_busy_[next_tile_]) return false;  // still in its previous pass
+  piece = {next_tile_++, target_};
+  tile_busy_[piece.tile] = 1;
+  ++busy_;
+  return true;
+}
+
+bool Render::work(int) {
+  Piece piece;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!next_piece(piece)) {
+      if (busy_ == 0) finished_.notify_all();
+      return false;
+    }
+  }
+  finish(piece, integrator_->render_tile(*film_, piece.tile, piece.target, stop_tiles_));
+  return true;
+}
+
+void Render::finish(const Piece& piece, const RayCounts& counts) {
+  {
+    const std::lock_guard lock(mutex_);
+    counts_ += counts;
+    tile_busy_[piece.tile] = 0;
+    --busy_;
+    if (piece.target == target_) ++done_in_pass_;
+    if (first_tile_s_ == 0.0) first_tile_s_ = elapsed_s();
+    if (busy_ == 0 && (exhausted_ || stop_tiles_.cancelled())) finished_.notify_all();
+  }
+  pool_.wake();
+  tile_finished_();
+}
+
+Render::End Render::run() {
+  using namespace std::chrono_literals;
+  start_ = Clock::now();
+  pool_.add(this);
+  {
+    std::unique_lock lock(mutex_);
+    while (!(busy_ == 0 && (exhausted_ || stop_tiles_.cancelled()))) {
+      finished_.wait_for(lock, 10ms);
+      if (cancel_.cancelled() || (goal_.time_limit_s > 0.0 && elapsed_s() >= goal_.time_limit_s)) stop_tiles_.cancel();
+    }
+  }
+  pool_.remove(this);
+  return cancel_.cancelled() ? End::cancelled : End::finished;
+}
+
+int64_t Render::pass_target() const {
+  const std::lock_guard lock(mutex_);
+  return target_;
+}
+
+int64_t Render::tiles_done_in_pass() const {
+  const std::lock_guard lock(mutex_);
+  return done_in_pass_;
+}
+
+std::vector<Rectangle> Render::active_tiles() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<Rectangle> tiles;
+  for (size_t i = 0; i < tile_busy_.size(); ++i)
+    if (tile_busy_[i]) tiles.push_back(film_->tiles()[static_cast<int>(i)]);
+  return tiles;
+}
+
+RayCounts Render::counts() const {
+  const std::lock_guard lock(mutex_);
+  return counts_;
+}
+
+double Render::first_tile_s() const {
+  const std::lock_guard lock(mutex_);
+  return first_tile_s_;
+}
+
+double Render::fraction_done() const {
+  const std::lock_guard lock(mutex_);
+  double fraction = -1.0;
+  const double tiles = std::max<double>(1.0, static_cast<double>(tile_busy_.size()));
+  if (goal_.samples > 0) {
+    const int64_t before = target_ <= 1 ? 0 : target_ <= 16 ? target_ / 2 : (target_ - 1) / 16 * 16;
+    fraction = (static_cast<double>(before) + static_cast<double>(target_ - before) * done_in_pass_ / tiles) /
+               static_cast<double>(goal_.samples);
+  }
+  if (goal_.time_limit_s > 0.0) fraction = std::max(fraction, elapsed_s() / goal_.time_limit_s);
+  return std::min(fraction, 1.0);
+}
+
+}  // namespace lambent

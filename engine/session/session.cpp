@@ -1,0 +1,361 @@
+#include "engine/session/session.h"
+
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <thread>
+
+#include "engine/base/cancel.h"
+#include "engine/base/log.h"
+#include "engine/base/memory.h"
+#include "engine/integrators/integrator.h"
+#include "engine/scene/scene_builder.h"
+#include "engine/session/render.h"
+#include "engine/session/worker_pool.h"
+
+namespace lambent {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+class PooledEngine final : public Engine {
+ public:
+  explicit PooledEngine(const EngineOptions& engine_options) : options(engine_options), pool(engine_options.threads) {}
+  int thread_count() const override { return pool.thread_count(); }
+
+  const EngineOptions options;
+  WorkerPool pool;
+};
+
+IntegratorSettings integrator_settings(const description::Settings& settings, const Scene& scene) {
+  IntegratorSettings result;
+  result.seed = settings.seed;
+  result.bounces = {settings.max_bounces, settings.diffuse_bounces, settings.glossy_bounces,
+                    settings.transmission_bounces, settings.transparent_bounces};
+  switch (settings.pixel_filter) {
+    case description::PixelFilter::box: result.filter = PixelFilter(FilterKind::box); break;
+    case description::PixelFilter::gaussian:
+      result.filter = PixelFilter(FilterKind::gaussian, settings.filter_width_px);
+      break;
+    case description::PixelFilter::blackman_harris:
+      result.filter = PixelFilter(FilterKind::blackman_harris, settings.filter_width_px);
+      break;
+  }
+  result.film_transparent = settings.film_transparent;
+  result.exposure = settings.exposure;
+  result.clamp_direct = settings.clamp_direct;
+  result.clamp_indirect = settings.clamp_indirect;
+  result.caustics_reflective = settings.caustics_reflective;
+  result.caustics_refractive = settings.caustics_refractive;
+  result.profile = scene.profile().kernel();
+  return result;
+}
+
+FilmSettings film_settings(const description::Settings& settings) {
+  FilmSettings result;
+  result.width = settings.width;
+  result.height = settings.height;
+  if (settings.region) {
+    const auto& [x0, y0, x1, y1] = *settings.region;
+    result.region = {x0, y0, x1 - x0, y1 - y0};
+  }
+  result.tile_size_px = settings.tile_size_px;
+  result.second_moments = settings.noise_threshold > 0.0f;
+  return result;
+}
+
+/// What the samples of a checkpoint belong to. Only settings that change them: the scene itself is the user's promise.
+std::string render_identity(const description::Settings& settings) {
+  return fmt::format("{} seed {} filter {} {} size {}x{} bounces {} {} {} {} {} transparent {} exposure {} camera {}",
+                     settings.integrator, settings.seed, static_cast<int>(settings.pixel_filter),
+                     settings.filter_width_px, settings.width, settings.height, settings.max_bounces,
+                     settings.diffuse_bounces, settings.glossy_bounces, settings.transmission_bounces,
+                     settings.transparent_bounces, settings.film_transparent, settings.exposure, settings.camera);
+}
+
+}  // namespace
+
+/// One render from start() to done. Shared by the session's caller and its conductor thread.
+struct Run {
+  int64_t epoch = 0;
+  description::SceneDescription scene;
+  CancelFlag cancel;
+  Clock::time_point start = Clock::now();
+
+  mutable std::mutex mutex;  ///< guards what follows
+  Stage stage = Stage::updating;
+  std::shared_ptr<Film> film;
+  std::shared_ptr<Render> render;
+  bool complete = false;     ///< no newer pixels will come
+  bool tiles_told = false;   ///< tiles_ready was called and nothing taken since
+};
+
+struct Session::State {
+  std::shared_ptr<PooledEngine> engine;
+  SessionEvents events;
+  description::SceneDescription description;
+  SceneBuilder builder;
+  std::string checkpoint_to_load;
+
+  mutable std::mutex mutex;
+  std::condition_variable idle;
+  std::shared_ptr<Run> run;  ///< the newest, running or not
+  bool running = false;
+  std::thread conductor;
+
+  State(std::shared_ptr<PooledEngine> shared_engine, SessionEvents session_events)
+      : engine(std::move(shared_engine)),
+        events(std::move(session_events)),
+        builder({engine->options.texture_cache_bytes}) {}
+
+  std::shared_ptr<Run> current() const {
+    const std::lock_guard lock(mutex);
+    return run;
+  }
+
+  void stop_and_wait() {
+    if (const std::shared_ptr<Run> old = current()) old->cancel.cancel();
+    if (conductor.joinable()) conductor.join();
+  }
+
+  void tell_tiles(Run& of) {
+    {
+      const std::lock_guard lock(of.mutex);
+      if (of.tiles_told) return;
+      of.tiles_told = true;
+    }
+    if (events.tiles_ready) events.tiles_ready();
+  }
+
+  void conduct(Run& of);
+  RenderOutcome render(Run& of);
+};
+
+void Session::State::conduct(Run& of) {
+  RenderOutcome outcome;
+  try {
+    outcome = render(of);
+  } catch (const std::exception& exception) {  // a library's, such as out of memory
+    outcome.status = RenderStatus::failed;
+    outcome.message = std::string("The render failed: ") + exception.what();
+  }
+  outcome.epoch = of.epoch;
+  {
+    const std::lock_guard lock(of.mutex);
+    of.complete = true;
+    of.stage = Stage::idle;
+    if (of.film) of.film->mark_all_dirty();
+    of.tiles_told = false;
+  }
+  if (of.film) tell_tiles(of);
+  spdlog::info("Render {}: {}, {} samples in {:.2f} s (scene {:.2f} s){}{}", of.epoch,
+               outcome.status == RenderStatus::finished    ? "finished"
+               : outcome.status == RenderStatus::cancelled ? "cancelled"
+                                                           : "failed",
+               outcome.samples, outcome.statistics.render_s, outcome.statistics.build_s,
+               outcome.message.empty() ? "" : ": ", outcome.message);
+  if (events.done) events.done(outcome);
+  {
+    const std::lock_guard lock(mutex);
+    running = false;
+  }
+  idle.notify_all();
+}
+
+RenderOutcome Session::State::render(Run& of) {
+  const description::Settings& settings = *of.scene.settings;
+  RenderOutcome outcome;
+  const auto fail = [&](std::string message) {
+    outcome.status = of.cancel.cancelled() ? RenderStatus::cancelled : RenderStatus::failed;
+    if (outcome.status == RenderStatus::failed) outcome.message = std::move(message);
+    return outcome;
+  };
+
+  {
+    const std::lock_guard lock(of.mutex);
+    of.stage = Stage::building;
+  }
+  Report report;
+  const Clock::time_point build_start = Clock::now();
+  const Result<std::shared_ptr<const Scene>> scene = builder.build(of.scene, of.cancel, report);
+  outcome.statistics.build_s = seconds_since(build_start);
+  if (events.report && !of.cancel.cancelled()) events.report(of.epoch, report);
+  if (!scene) return fail(scene.error());
+
+  Result<std::shared_ptr<Film>> film = Film::create(film_settings(settings));
+  if (!film) return fail(film.error());
+  const IntegratorSettings integrator_options = integrator_settings(settings, **scene);
+  Result<std::unique_ptr<Integrator>> integrator = make_integrator(settings.integrator, *scene, integrator_options);
+  if (!integrator) return fail(integrator.error());
+  if (!checkpoint_to_load.empty()) {
+    const Status loaded = (*film)->load(checkpoint_to_load, render_identity(settings));
+    checkpoint_to_load.clear();
+    if (!loaded) return fail(loaded.error());
+  }
+
+  const RenderGoal goal{settings.samples, settings.time_limit_s, settings.noise_threshold, settings.threads};
+  const auto work =
+      std::make_shared<Render>(engine->pool, *film, std::move(*integrator), goal, of.cancel, [&] { tell_tiles(of); });
+  {
+    const std::lock_guard lock(of.mutex);
+    of.film = *film;
+    of.render = work;
+    of.stage = Stage::rendering;
+  }
+  const Clock::time_point render_start = Clock::now();
+  const double before_render_s = std::chrono::duration<double>(render_start - of.start).count();
+  outcome.status = work->run() == Render::End::cancelled ? RenderStatus::cancelled : RenderStatus::finished;
+
+  Statistics& statistics = outcome.statistics;
+  statistics.render_s = seconds_since(render_start);
+  statistics.first_tile_s = before_render_s + work->first_tile_s();
+  statistics.rays = work->counts().rays;
+  statistics.paths = work->counts().paths;
+  statistics.non_finite = (*film)->rejected_count();
+  const SceneStatistics counts = (*scene)->statistics();
+  statistics.triangles = counts.triangles;
+  statistics.unique_triangles = counts.unique_triangles;
+  statistics.instances = counts.instances;
+  statistics.emitters = counts.emitters;
+  statistics.profile = profile_name((*scene)->profile().kernel());
+  statistics.modelled = modelled((*scene)->profile());
+  statistics.not_modelled = not_modelled((*scene)->profile());
+  statistics.memory = {counts.geometry_bytes, counts.bvh_bytes, counts.texture_bytes, 0, counts.light_bytes,
+                       counts.shading_bytes};
+  statistics.memory.film = (*film)->bytes();
+  outcome.samples = (*film)->min_sample_count();
+  for (const RejectedSample& rejected : (*film)->rejected_samples())
+    spdlog::warn("Render {}: pixel ({}, {}) sample {} was not finite or negative and was left out; replay with --region "
+                 "{} {} {} {} --samples {} --seed {}",
+                 of.epoch, rejected.x, rejected.y, rejected.sample, rejected.x, rejected.y, rejected.x + 1,
+                 rejected.y + 1, rejected.sample + 1, settings.seed);
+  return outcome;
+}
+
+Session::Session(std::shared_ptr<Engine> engine, SessionEvents events)
+    : state_(std::make_unique<State>(std::static_pointer_cast<PooledEngine>(std::move(engine)), std::move(events))) {}
+
+Session::~Session() { state_->stop_and_wait(); }
+
+void Session::apply(description::Transaction transaction) {
+  description::apply(std::move(transaction), state_->description);
+}
+
+const description::SceneDescription& Session::scene() const { return state_->description; }
+
+void Session::start(int64_t epoch) {
+  state_->stop_and_wait();
+  auto run = std::make_shared<Run>();
+  run->epoch = epoch;
+  run->scene = state_->description;
+  {
+    const std::lock_guard lock(state_->mutex);
+    state_->run = run;
+    state_->running = true;
+  }
+  state_->conductor = std::thread([state = state_.get(), run] { state->conduct(*run); });
+}
+
+void Session::cancel() {
+  if (const std::shared_ptr<Run> run = state_->current()) run->cancel.cancel();
+}
+
+void Session::wait() {
+  std::unique_lock lock(state_->mutex);
+  state_->idle.wait(lock, [&] { return !state_->running; });
+}
+
+Progress Session::progress() const {
+  Progress progress;
+  const std::shared_ptr<Run> run = state_->current();
+  if (!run) return progress;
+  const std::lock_guard lock(run->mutex);
+  progress.epoch = run->epoch;
+  progress.stage = run->stage;
+  progress.elapsed_s = seconds_since(run->start);
+  progress.samples_total = run->scene.settings->samples;
+  if (!run->film || !run->render) return progress;
+  progress.samples = run->film->min_sample_count();
+  progress.tiles_total = run->film->tiles().count();
+  progress.tiles = run->complete ? progress.tiles_total : run->render->tiles_done_in_pass();
+  progress.active_tiles = run->render->active_tiles();
+  const double fraction = run->render->fraction_done();
+  if (fraction > 0.0) progress.remaining_s = progress.elapsed_s * (1.0 - fraction) / fraction;
+  return progress;
+}
+
+std::vector<TileSnapshot> Session::take_tiles(size_t limit) {
+  std::vector<TileSnapshot> tiles;
+  const std::shared_ptr<Run> run = state_->current();
+  if (!run) return tiles;
+  std::shared_ptr<Film> film;
+  bool complete;
+  {
+    const std::lock_guard lock(run->mutex);
+    film = run->film;
+    complete = run->complete;
+    run->tiles_told = false;
+  }
+  if (!film) return tiles;
+  for (const int index : film->take_dirty(limit)) {
+    FilmTile tile = film->tile(index);
+    tiles.push_back({run->epoch, tile.rectangle, tile.samples, complete, film->settings().channels,
+                     std::move(tile.pixels)});
+  }
+  return tiles;
+}
+
+Picture Session::picture() const {
+  Picture picture;
+  const std::shared_ptr<Run> run = state_->current();
+  if (!run) return picture;
+  std::shared_ptr<Film> film;
+  {
+    const std::lock_guard lock(run->mutex);
+    film = run->film;
+  }
+  if (!film) return picture;
+  const FilmSettings& settings = film->settings();
+  picture.width = settings.width;
+  picture.height = settings.height;
+  picture.rendered = film->region();
+  picture.channels = settings.channels;
+  const std::vector<float> region = film->pixels();
+  if (picture.rendered == Rectangle{0, 0, settings.width, settings.height}) {
+    picture.pixels = region;
+  } else {
+    const size_t row = static_cast<size_t>(film->components()) * picture.rendered.width;
+    picture.pixels.assign(static_cast<size_t>(settings.width) * settings.height * film->components(), 0.0f);
+    for (int y = 0; y < picture.rendered.height; ++y)
+      std::copy_n(&region[y * row], row,
+                  &picture.pixels[(static_cast<size_t>(y + picture.rendered.y) * settings.width + picture.rendered.x) *
+                                  film->components()]);
+  }
+  picture.metadata = run->scene.settings->metadata;
+  return picture;
+}
+
+Status Session::save_checkpoint(const std::string& path) const {
+  const std::shared_ptr<Run> run = state_->current();
+  std::shared_ptr<Film> film;
+  if (run) {
+    const std::lock_guard lock(run->mutex);
+    if (run->complete) film = run->film;
+  }
+  if (!film) return Error{"There is no finished or stopped render to save as checkpoint '" + path + "'"};
+  return film->save(path, render_identity(*run->scene.settings));
+}
+
+Status Session::load_checkpoint(const std::string& path) {
+  state_->checkpoint_to_load = path;
+  return Ok{};
+}
+
+std::shared_ptr<Engine> Engine::create(const EngineOptions& options) { return std::make_shared<PooledEngine>(options); }
+
+std::vector<std::string> available_integrators() { return integrator_names(); }
+
+}  // namespace lambent

@@ -99,6 +99,10 @@ class Film {
   size_t pixel_index(int x, int y) const {
     return size_t(y - settings_.region.y) * size_t(settings_.region.width) + size_t(x - settings_.region.x);
   }
+  void read(const Rectangle& rectangle, float* rows, size_t row_stride) const;
+  void reject(size_t pixel, int64_t sample, std::span<const float> values);
+  double intensity_sum(size_t pixel) const;
+
   FilmSettings settings_;
   TileGrid grid_;
   int components_ = 0;

@@ -33,6 +33,7 @@ struct GeometryObject {
 struct Instance {
   const TriangleMesh* mesh = nullptr;  ///< null: dropped (singular or non-finite transform)
   Transform world_from_object, object_from_world;
+  float inverse_error = 1.0f;    ///< how much the inverse amplifies rounding: at least 1
   uint32_t object = 0;           ///< index into the builder's list of objects
   uint32_t index_in_object = 0;  ///< which of the object's transforms
   bool mirrored = false;
@@ -61,12 +62,14 @@ struct GeometryOptions {
   bool compact = false;
   /// Acceleration structures of this builder may take so many bytes, 0: any; more is an Error.
   size_t memory_limit_bytes = 0;
+
+  friend bool operator==(const GeometryOptions&, const GeometryOptions&) = default;
 };
 
 /// Immutable, thread-safe. Threads that trace hold a DenormalsFlushed.
 class Geometry {
  public:
-  Geometry() = default;  ///< empty: every ray misses
+  Geometry();  ///< empty: every ray misses
   ~Geometry();
   Geometry(const Geometry&) = delete;
   Geometry& operator=(const Geometry&) = delete;
@@ -111,6 +114,7 @@ class Geometry {
   bool occluded_visiting(const Ray& ray, bool (*visit)(void*, const Hit&), void* context) const;
 
   struct Scenes;
+
   std::unique_ptr<Scenes> scenes_;  ///< Embree's, and what they refer to; null if empty
   std::vector<Instance> instances_;
   std::vector<uint32_t> first_instances_;

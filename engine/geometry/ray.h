@@ -12,7 +12,7 @@ inline constexpr uint32_t k_visible_camera = 1u << 0, k_visible_diffuse = 1u << 
                           k_visible_transmission = 1u << 3, k_visible_shadow = 1u << 4,
                           k_visible_volume_scatter = 1u << 5, k_visible_all = (1u << 6) - 1;
 
-/// Points origin + t·direction with t_min < t <= t_max. World space; direction need not be unit, t counts its lengths.
+/// Points origin + t·direction with t_min <= t <= t_max. World space; direction need not be unit, t counts its lengths.
 struct Ray {
   Vec3 origin{0.0f};
   float t_min = 0.0f;
@@ -32,21 +32,12 @@ struct Hit {
   bool valid() const { return instance != k_no_index; }
 };
 
-/// p moved along ±ng_world, to the side that `direction` leaves by, by p_error and at least to the next float: a ray
-/// from there in `direction` does not meet p's own surface, at any scale and distance from the origin (bounds after
-/// Pharr et al., pbrt 4th ed. 2023, sec. 6.8.6). `p_error` in metres: SurfaceHit::p_error; ng_world unit.
+/// p moved by p_error along ng_world to the side that `direction` leaves by: a ray from there in `direction` does not
+/// meet p's own triangle, at any scale and distance from the origin, nor does it start behind a neighbouring one (the
+/// idea of bounding errors: Pharr et al., pbrt 4th ed. 2023, sec. 6.8; the bound: Geometry::surface). `p_error` in
+/// metres: SurfaceHit::p_error, which includes the rounding here; ng_world unit.
 inline Vec3 offset_origin(const Vec3& p_world, float p_error, const Vec3& ng_world, const Vec3& direction) {
-  const float side = dot(direction, ng_world) < 0.0f ? -p_error : p_error;
-  Vec3 result;
-  for (int i = 0; i < 3; ++i) {
-    const float moved = p_world[i] + side * ng_world[i];
-    const float step = side * ng_world[i];
-    // The sum is rounded: away from the surface, never back to it.
-    result[i] = step > 0.0f   ? std::nextafter(moved, k_infinity)
-                : step < 0.0f ? std::nextafter(moved, -k_infinity)
-                              : moved;
-  }
-  return result;
+  return p_world + ng_world * (dot(direction, ng_world) < 0.0f ? -p_error : p_error);
 }
 
 /// A ray from a surface point (see offset_origin).

@@ -76,6 +76,9 @@ class TriangleMesh {
   /// the triangles kept. Attributes and normals with a wrong count are reported and left out. Never fails: what is
   /// unusable altogether gives an empty mesh and a report. Cost: one pass over the arrays.
   static std::shared_ptr<const TriangleMesh> create(MeshInput input, Report& report);
+  ~TriangleMesh();
+  TriangleMesh(const TriangleMesh&) = delete;
+  TriangleMesh& operator=(const TriangleMesh&) = delete;
 
   const std::string& name() const { return name_; }
   uint32_t triangle_count() const { return triangle_count_; }
@@ -117,7 +120,7 @@ class TriangleMesh {
 
   /// Area in object space, m², in double: tiny and huge triangles keep their precision. 0 exactly if degenerate.
   double area(uint32_t primitive) const;
-  /// Whether there is no normal because the area is 0 (in float precision): such a triangle never emits.
+  /// Whether the corners lie on a line: no normal, never emits.
   bool is_degenerate(uint32_t primitive) const { return area(primitive) <= 0.0; }
 
   bool has_normals() const { return !normals_.empty(); }
@@ -152,7 +155,9 @@ class TriangleMesh {
   void prepare_tangents(int index) const;
 
  private:
-  TriangleMesh() = default;
+  TriangleMesh();
+  void leave_out_unusable(Report& report);
+  void check_attributes(Report& report);
   int find_role(AttributeRole role, std::string_view name, const std::string& active) const;
   std::array<size_t, 3> elements(AttributeDomain domain, uint32_t primitive) const;
 
@@ -160,6 +165,7 @@ class TriangleMesh {
 
   std::string name_, active_uv_, active_color_;
   uint32_t triangle_count_ = 0, vertex_count_ = 0, max_material_slot_ = 0;
+  uint32_t max_corner_ = 0, max_face_ = 0;
   uint64_t dropped_triangles_ = 0;
   size_t bytes_ = 0;
   Bounds3 bounds_;
@@ -171,11 +177,6 @@ class TriangleMesh {
   std::vector<MeshAttribute> attributes_;
   Vec3 texture_space_location_{0.0f}, texture_space_size_{1.0f};
   std::vector<std::shared_ptr<Tangents>> tangents_;  ///< by attribute; made once when first asked for
-
-  friend class TriangleMeshBuilder;
-
- public:
-  ~TriangleMesh();
 };
 
 }  // namespace lambent

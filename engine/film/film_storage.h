@@ -1,0 +1,39 @@
+// The film's memory. Internal to film/.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <mutex>
+#include <vector>
+
+#include "engine/film/film.h"
+
+namespace lambent {
+
+struct Film::Storage {
+  struct Tile {
+    std::mutex mutex;                ///< for the pixels of the tile
+    std::atomic<uint64_t> dirty{0};  ///< when it became dirty, counted by `clock`; 0: clean
+  };
+
+  // By pixel of the region, row by row from the bottom.
+  std::vector<double> sums;            ///< [pixel][component]
+  std::vector<uint32_t> counts;        ///< samples added
+  std::vector<double> second_moments;  ///< sums of (R+G+B)²; empty if not asked for
+  std::vector<uint8_t> stopped;        ///< 1: converged, gets no more samples; empty if not asked for
+
+  std::vector<Tile> tiles;
+  std::atomic<uint64_t> clock{0};
+
+  std::mutex rejected_mutex;
+  uint64_t rejected_count = 0;
+  std::vector<RejectedSample> rejected;  ///< sorted by sample, then row, then column; the first k_recorded
+
+  void mark_dirty(Tile& tile) {
+    uint64_t clean = 0;
+    tile.dirty.compare_exchange_strong(clean, clock.fetch_add(1, std::memory_order_relaxed) + 1,
+                                       std::memory_order_release);
+  }
+};
+
+}  // namespace lambent

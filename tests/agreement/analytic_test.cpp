@@ -1,0 +1,138 @@
+// Renders whose answer is known in closed form (light_transport: closed emitting sphere, furnace, irradiances).
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/common/scene_maker.h"
+
+namespace lambent::test {
+namespace {
+
+using description::LightType;
+
+/// 4.5 standard errors: a false alarm in one of 150,000 comparisons.
+void expect_mean(const Picture& picture, double expected, double relative_rounding = 2e-6) {
+  const Mean result = mean(picture);
+  const double gray = (result.value.x + result.value.y + result.value.z) / 3.0;
+  EXPECT_NEAR(gray, expected, 4.5 * result.standard_error + relative_rounding * expected);
+  EXPECT_LT(result.standard_error, 0.02 * expected) << "too noisy to say anything";
+}
+
+TEST(ClosedEmittingSphere, radiance_is_the_geometric_series_whatever_the_bounce_limit) {
+  // Every point emits 1 and reflects half: after k bounces the sum of k + 1 terms of 1/2^i (a closed polyhedron serves too).
+  for (const int bounces : {0, 1, 2, 5, 64}) {
+    SceneMaker maker(16, 16, 256);
+    maker.material("m", diffuse_emitter(Color(0.5f), Color(1.0f))).sphere("s", Vec3(0.0f), 1.0f, 8, "m");
+    maker.settings.max_bounces = maker.settings.diffuse_bounces = bounces;
+    expect_mean(render(maker.transaction()), 2.0 * (1.0 - std::pow(0.5, bounces + 1)));
+  }
+}
+
+TEST(PointLightInSphere, radiance_is_one) {
+  // Intensity pi in a unit sphere of albedo 1/2: irradiance pi, first radiance 1/2, and 1/2 + 1/4 + ... = 1.
+  SceneMaker maker(16, 16, 256);
+  maker.material("m", diffuse(Color(0.5f))).sphere("s", Vec3(0.0f), 1.0f, 64, "m");
+  description::Light light;
+  light.energy = 4.0f * k_pi * k_pi;
+  maker.light("l", light, Transform());
+  expect_mean(render(maker.transaction()), 1.0, 2e-3);  // the polyhedron of 64 rings is that much smaller than the sphere
+}
+
+TEST(Furnace, a_white_diffuse_object_vanishes_in_a_white_world) {
+  SceneMaker maker(32, 32, 64);
+  maker.material("m", diffuse(Color(1.0f))).sphere("s", Vec3(0, 0, -3), 1.0f, 16, "m").world(background(Color(0.7f)));
+  maker.settings.max_bounces = maker.settings.diffuse_bounces = 1000;
+  expect_mean(render(maker.transaction()), 0.7);
+}
+
+TEST(Furnace, transparent_sheets_and_a_colour_multiply) {
+  SceneMaker maker(16, 16, 16);
+  maker.material("t", transparent(Color(0.5f))).world(background(Color(1.0f)));
+  for (int i = 0; i < 3; ++i)
+    maker.mesh("sheet" + std::to_string(i), {{-9, -9, -2.f - i}, {9, -9, -2.f - i}, {9, 9, -2.f - i}, {-9, 9, -2.f - i}},
+               {{0, 1, 2}, {0, 2, 3}}, "t");
+  // Roulette makes it noisy: compare the mean.
+  maker.settings.samples = 1024;
+  expect_mean(render(maker.transaction()), 0.125);
+}
+
+TEST(TransparentShadow, dims_by_the_product_of_the_sheets) {
+  const auto lit = [](int sheets) {
+    SceneMaker maker(8, 8, 64);
+    maker.material("floor", diffuse(Color(0.8f))).material("t", transparent(Color(0.5f)));
+    maker.mesh("floor", {{-1, -1, -2}, {1, -1, -2}, {1, 1, -2}, {-1, 1, -2}}, {{0, 1, 2}, {0, 2, 3}}, "floor");
+    for (int i = 0; i < sheets; ++i) {
+      const float z = 1.0f + i;  // behind the camera, before the lamp
+      maker.mesh("s" + std::to_string(i), {{-9, -9, z}, {9, -9, z}, {9, 9, z}, {-9, 9, z}}, {{0, 1, 2}, {0, 2, 3}}, "t");
+    }
+    description::Light sun;
+    sun.type = LightType::sun;
+    sun.energy = 1.0f;
+    maker.light("sun", sun, Transform());
+    maker.settings.max_bounces = 0;
+    return mean(render(maker.transaction())).value.x;
+  };
+  const float bare = lit(0);
+  EXPECT_NEAR(bare, 0.8f / k_pi, 1e-4f);
+  EXPECT_NEAR(lit(1), 0.5f * bare, 1e-4f);
+  EXPECT_NEAR(lit(3), 0.125f * bare, 1e-4f);
+}
+
+/// A floor patch straight below the camera lit by one lamp above it, as radiance / (albedo / pi) = irradiance.
+double irradiance(const description::Light& light, const Transform& transform) {
+  SceneMaker maker(4, 4, 4096);
+  maker.camera.type = description::CameraType::orthographic;
+  maker.camera.ortho_scale = 1e-3f;
+  maker.camera.transform = Transform::translation({0, 0, 0.5f});
+  maker.material("floor", diffuse(Color(1.0f)));
+  maker.mesh("floor", {{-9, -9, 0}, {9, -9, 0}, {9, 9, 0}, {-9, 9, 0}}, {{0, 1, 2}, {0, 2, 3}}, "floor");
+  maker.light("l", light, transform);
+  maker.settings.max_bounces = 0;
+  return mean(render(maker.transaction())).value.x * k_pi;
+}
+
+TEST(LampIrradiance, point_lamp_of_100_watts_gives_what_blender_measured_at_2_m) {
+  description::Light light;
+  light.energy = 100.0f;
+  EXPECT_NEAR(irradiance(light, Transform::translation({0, 0, 2})), 1.98942, 2e-4);
+}
+
+TEST(LampIrradiance, sun_energy_is_irradiance) {
+  description::Light light;
+  light.type = LightType::sun;
+  light.energy = 3.0f;
+  EXPECT_NEAR(irradiance(light, Transform()), 3.0, 1e-4);
+}
+
+TEST(LampIrradiance, coaxial_disk) {
+  // A Lambertian disk of flux P, radius R: L = P / (pi · pi R²); E = pi L R² / (R² + h²).
+  description::Light light;
+  light.type = LightType::area;
+  light.shape = description::AreaShape::disk;
+  light.size_m = {2.0f, 2.0f};
+  light.energy = 50.0f;
+  const double radiance = 50.0 / (M_PI * M_PI);
+  EXPECT_NEAR(irradiance(light, Transform::translation({0, 0, 1.5f})), M_PI * radiance / (1 + 1.5 * 1.5), 0.01);
+}
+
+TEST(EmissiveMesh, polygon_irradiance_is_lamberts) {
+  // E = (L/2) Σ γ_i (n · Γ_i) for a square of side 2 at height 1 above a floor point under its centre.
+  const Vec3d corner[4] = {{-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}};
+  double expected = 0;
+  for (int i = 0; i < 4; ++i) {
+    const Vec3d a = corner[i].normalized(), b = corner[(i + 1) % 4].normalized();
+    expected += 0.5 * std::acos(a.dot(b)) * a.cross(b).normalized().z;
+  }
+  SceneMaker maker(4, 4, 16384);
+  maker.camera.type = description::CameraType::orthographic;
+  maker.camera.ortho_scale = 1e-3f;
+  maker.camera.transform = Transform::translation({0, 0, 0.5f});
+  maker.material("floor", diffuse(Color(1.0f))).material("e", emission(Color(1.0f), 1.0f));
+  maker.mesh("floor", {{-9, -9, 0}, {9, -9, 0}, {9, 9, 0}, {-9, 9, 0}}, {{0, 1, 2}, {0, 2, 3}}, "floor");
+  maker.mesh("e", {{-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}}, {{0, 1, 2}, {0, 2, 3}}, "e");
+  maker.settings.max_bounces = 1;
+  expect_mean(render(maker.transaction()), std::fabs(expected) / M_PI);
+}
+
+}  // namespace
+}  // namespace lambent::test

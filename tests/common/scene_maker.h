@@ -1,0 +1,60 @@
+// Small scenes made in code, rendered through the same Session that the daemon and the command line use.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "engine/session/session.h"
+
+namespace lambent::test {
+
+/// A scene under construction. Every add function returns *this.
+class SceneMaker {
+ public:
+  /// A frame of width x height pixels, a perspective camera at the origin that looks along -Z, `samples` samples, box filter.
+  SceneMaker(int width, int height, int64_t samples);
+
+  description::Settings settings;
+  description::Camera camera;
+
+  SceneMaker& material(const std::string& id, description::Graph graph);
+  /// Triangles (indices into positions), flat, one material; transforms of its instances (none: one identity).
+  SceneMaker& mesh(const std::string& id, const std::vector<Vec3>& positions,
+                   const std::vector<std::array<uint32_t, 3>>& triangles, const std::string& material,
+                   const std::vector<Transform>& transforms = {});
+  /// A sphere of `rings` latitude rings whose vertices lie on the sphere; normals inwards if `inside`, smooth shading.
+  SceneMaker& sphere(const std::string& id, const Vec3& center, float radius, int rings, const std::string& material);
+  SceneMaker& light(const std::string& id, description::Light light, const Transform& world_from_light);
+  SceneMaker& world(description::Graph graph);
+  SceneMaker& object(const std::string& id, description::Object object);
+  /// Scales and then moves everything added so far, camera and lamp sizes and powers included, so that the picture
+  /// should not change.
+  SceneMaker& scale_and_move(float scale, const Vec3& offset);
+
+  description::Transaction transaction(int64_t epoch = 1) const;
+  const description::SceneDescription& description() const { return scene_; }
+
+ private:
+  description::SceneDescription scene_;
+};
+
+/// Graphs of one or two nodes.
+description::Graph diffuse(const Color& color, float roughness = 0.0f);
+description::Graph emission(const Color& color, float strength);
+description::Graph diffuse_emitter(const Color& albedo, const Color& emitted);
+description::Graph background(const Color& color);
+description::Graph transparent(const Color& color);
+description::Graph single(const std::string& type, std::map<std::string, description::SocketValue> inputs,
+                          std::map<std::string, description::SocketValue> properties = {});
+
+/// Renders on `threads` threads and returns the picture; fails the test if the render does not finish.
+Picture render(const description::Transaction& transaction, int threads = 0, RenderOutcome* outcome = nullptr,
+               Report* report = nullptr);
+/// Mean of the first three channels over the picture, and the standard error of that mean from the pixels' spread.
+struct Mean {
+  Color value{0.0f};
+  double standard_error = 0.0;  ///< of the mean of the three channels' average
+};
+Mean mean(const Picture& picture);
+
+}  // namespace lambent::test

@@ -92,6 +92,7 @@ class _LayerRender:
         self._messages = []
         self._status_time = 0.0
         self._status_stage = None
+        self._progress = {}
 
     def run(self, first):
         """Exports, renders and receives until done or cancelled; what is done by then stays in the result."""
@@ -197,6 +198,7 @@ class _LayerRender:
         if self._shown:
             writer.highlight(rect for rect in progress.get("active_tiles") or () if len(rect) == 4)
         now = time.monotonic()
+        self._progress = progress
         stage = progress.get("stage")
         if not self._shown and stage == self._status_stage and now - self._status_time < _BACKGROUND_STATUS_SECONDS:
             return
@@ -213,8 +215,12 @@ class _LayerRender:
             raise RenderFailed(str(done.get("message") or "the Lambent daemon could not finish and gave no reason"))
         if status == "cancelled" and not cancelled:
             raise RenderFailed("the render was cancelled by the daemon")
+        samples = done.get("samples", 0)
+        last = {**self._progress, "stage": "rendering", "samples": samples, "tiles": self._progress.get("tiles_total", 0)}
         if status == "finished":
+            last["samples_total"], last["remaining_s"] = samples, 0.0
             self._engine.update_progress(1.0)
+        self._engine.update_stats("", status_line(self._scene.name, self._layer_name, last))
 
     def _store_messages(self, first):
         if self._engine.is_preview:

@@ -111,10 +111,10 @@ class ObjectExporter:
             if found.type in _NOT_RENDERED:
                 self._edits.unsupported(name, f"{name}: {_NOT_RENDERED[found.type]} are not supported; it is left out")
             value = None
-        if owner == parent:
-            self._report_unsupported(owner)
         if value is None:
             return None
+        if owner == parent and "mesh" in value:
+            self._report_unsupported(owner)
         value["name"] = name
         value["visibility"] = self._visibility(owner, parent)
         if owner.lightgroup:

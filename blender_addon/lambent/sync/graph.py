@@ -184,12 +184,4 @@ def _as_color(value):
 
 def _constant(socket):
     """The value of an unlinked socket, or None for sockets that have none (shaders)."""
-    if not hasattr(socket, "default_value"):
-        return None
-    value = socket.default_value
-    if isinstance(value, (bool, int, float, str)):
-        return value
-    try:
-        return [float(component) for component in value]
-    except TypeError:
-        return None
+    return node_properties.plain(socket.default_value) if hasattr(socket, "default_value") else None

@@ -23,7 +23,7 @@ def read(node, images, edits, owner_name):
         if definition.type == "POINTER":
             _read_pointer(node, name, getattr(node, name), images, edits, owner_name, found)
         elif definition.type != "COLLECTION":
-            value = _plain(getattr(node, name))
+            value = plain(getattr(node, name))
             if value is not None:
                 found[name] = value
     if node.bl_idname == "ShaderNodeBsdfPrincipled":
@@ -53,15 +53,17 @@ def _read_pointer(node, name, value, images, edits, owner_name, found):
         edits.unsupported(owner_name, f"{owner_name}: the text that node '{node.name}' reads ({value.name}) is ignored")
 
 
-def _plain(value):
+def plain(value):
+    """value as the wire has constants: number, boolean, string or a list of 2 to 4 numbers; None for anything else."""
     if isinstance(value, (bool, int, float, str)):
         return value
     if isinstance(value, set):
         return None
     try:
-        return [float(component) for component in value]
-    except TypeError:
+        components = [float(component) for component in value]
+    except (TypeError, ValueError):
         return None
+    return components if 2 <= len(components) <= 4 else None
 
 
 def _ramp(ramp):

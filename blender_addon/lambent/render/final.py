@@ -215,10 +215,11 @@ class _LayerRender:
             raise RenderFailed(str(done.get("message") or "the Lambent daemon could not finish and gave no reason"))
         if status == "cancelled" and not cancelled:
             raise RenderFailed("the render was cancelled by the daemon")
-        samples = done.get("samples", 0)
-        last = {**self._progress, "stage": "rendering", "samples": samples, "tiles": self._progress.get("tiles_total", 0)}
+        last = self._progress
         if status == "finished":
-            last["samples_total"], last["remaining_s"] = samples, 0.0
+            samples = done.get("samples", 0)
+            everything = {"stage": "rendering", "samples": samples, "samples_total": samples, "remaining_s": 0.0}
+            last = {**last, **everything, "tiles": last.get("tiles_total", 0)}
             self._engine.update_progress(1.0)
         self._engine.update_stats("", status_line(self._scene.name, self._layer_name, last))
 

@@ -36,7 +36,9 @@ IntegratorSettings integrator_settings(const description::Settings& settings, co
   result.bounces = {settings.max_bounces, settings.diffuse_bounces, settings.glossy_bounces,
                     settings.transmission_bounces, settings.transparent_bounces};
   switch (settings.pixel_filter) {
-    case description::PixelFilter::box: result.filter = PixelFilter(FilterKind::box); break;
+    case description::PixelFilter::box:
+      result.filter = PixelFilter(FilterKind::box);
+      break;
     case description::PixelFilter::gaussian:
       result.filter = PixelFilter(FilterKind::gaussian, settings.filter_width_px);
       break;
@@ -89,8 +91,8 @@ struct Run {
   Stage stage = Stage::updating;
   std::shared_ptr<Film> film;
   std::shared_ptr<Render> render;
-  bool complete = false;     ///< no newer pixels will come
-  bool tiles_told = false;   ///< tiles_ready was called and nothing taken since
+  bool complete = false;    ///< no newer pixels will come
+  bool tiles_told = false;  ///< tiles_ready was called and nothing taken since
 };
 
 struct Session::State {
@@ -223,15 +225,16 @@ RenderOutcome Session::State::render(Run& of) {
   statistics.profile = profile_name((*scene)->profile().kernel());
   statistics.modelled = modelled((*scene)->profile());
   statistics.not_modelled = not_modelled((*scene)->profile());
-  statistics.memory = {counts.geometry_bytes, counts.bvh_bytes, counts.texture_bytes, 0, counts.light_bytes,
-                       counts.shading_bytes};
+  statistics.memory = {counts.geometry_bytes, counts.bvh_bytes,    counts.texture_bytes, 0,
+                       counts.light_bytes,    counts.shading_bytes};
   statistics.memory.film = (*film)->bytes();
   outcome.samples = (*film)->min_sample_count();
   for (const RejectedSample& rejected : (*film)->rejected_samples())
-    spdlog::warn("Render {}: pixel ({}, {}) sample {} was not finite or negative and was left out; replay with --region "
-                 "{} {} {} {} --samples {} --seed {}",
-                 of.epoch, rejected.x, rejected.y, rejected.sample, rejected.x, rejected.y, rejected.x + 1,
-                 rejected.y + 1, rejected.sample + 1, settings.seed);
+    spdlog::warn(
+        "Render {}: pixel ({}, {}) sample {} was not finite or negative and was left out; replay with --region "
+        "{} {} {} {} --samples {} --seed {}",
+        of.epoch, rejected.x, rejected.y, rejected.sample, rejected.x, rejected.y, rejected.x + 1, rejected.y + 1,
+        rejected.sample + 1, settings.seed);
   return outcome;
 }
 
@@ -302,8 +305,8 @@ std::vector<TileSnapshot> Session::take_tiles(size_t limit) {
   if (!film) return tiles;
   for (const int index : film->take_dirty(limit)) {
     FilmTile tile = film->tile(index);
-    tiles.push_back({run->epoch, tile.rectangle, tile.samples, complete, film->settings().channels,
-                     std::move(tile.pixels)});
+    tiles.push_back(
+        {run->epoch, tile.rectangle, tile.samples, complete, film->settings().channels, std::move(tile.pixels)});
   }
   return tiles;
 }

@@ -2,6 +2,7 @@
 
 #include <condition_variable>
 #include <exception>
+#include <future>
 #include <mutex>
 #include <thread>
 
@@ -99,7 +100,8 @@ struct Session::State {
   std::shared_ptr<PooledEngine> engine;
   SessionEvents events;
   description::SceneDescription description;
-  SceneBuilder builder;
+  SceneBuilder builder;  ///< used by one build at a time: the one in `building`, if that is valid
+  std::future<void> building;
   std::string checkpoint_to_load;
 
   mutable std::mutex mutex;
@@ -132,14 +134,42 @@ struct Session::State {
     if (events.tiles_ready) events.tiles_ready();
   }
 
-  void conduct(Run& of);
-  RenderOutcome render(Run& of);
+  void conduct(const std::shared_ptr<Run>& of);
+  RenderOutcome render(const std::shared_ptr<Run>& of);
+  std::optional<Result<std::shared_ptr<const Scene>>> build(const std::shared_ptr<Run>& of, Report& report);
 };
 
-void Session::State::conduct(Run& of) {
+/// Builds the scene; nullopt if cancelled. Some steps cannot be interrupted (decoding one large image): a cancelled
+/// build then finishes in the background, and the next one waits for it, while the client already has its answer.
+std::optional<Result<std::shared_ptr<const Scene>>> Session::State::build(const std::shared_ptr<Run>& of,
+                                                                          Report& report) {
+  using namespace std::chrono_literals;
+  constexpr auto patience = 50ms;  // for an orderly end after cancelling
+  const auto wait = [&](std::future<void>& future) {
+    while (future.wait_for(5ms) != std::future_status::ready)
+      if (of->cancel.cancelled() && future.wait_for(patience) != std::future_status::ready) return false;
+    return true;
+  };
+  if (building.valid() && !wait(building)) return std::nullopt;
+  struct Work {
+    Report report;
+    std::optional<Result<std::shared_ptr<const Scene>>> scene;
+  };
+  const auto work = std::make_shared<Work>();
+  building = std::async(std::launch::async,
+                        [this, of, work] { work->scene = builder.build(of->scene, of->cancel, work->report); });
+  if (!wait(building)) return std::nullopt;
+  building.get();  // rethrows what a library threw
+  report.append(work->report);
+  if (of->cancel.cancelled()) return std::nullopt;
+  return std::move(work->scene);
+}
+
+void Session::State::conduct(const std::shared_ptr<Run>& run_pointer) {
+  Run& of = *run_pointer;
   RenderOutcome outcome;
   try {
-    outcome = render(of);
+    outcome = render(run_pointer);
   } catch (const std::exception& exception) {  // a library's, such as out of memory
     outcome.status = RenderStatus::failed;
     outcome.message = std::string("The render failed: ") + exception.what();
@@ -167,7 +197,8 @@ void Session::State::conduct(Run& of) {
   idle.notify_all();
 }
 
-RenderOutcome Session::State::render(Run& of) {
+RenderOutcome Session::State::render(const std::shared_ptr<Run>& run_pointer) {
+  Run& of = *run_pointer;
   const description::Settings& settings = *of.scene.settings;
   RenderOutcome outcome;
   const auto fail = [&](std::string message) {
@@ -182,9 +213,11 @@ RenderOutcome Session::State::render(Run& of) {
   }
   Report report;
   const Clock::time_point build_start = Clock::now();
-  const Result<std::shared_ptr<const Scene>> scene = builder.build(of.scene, of.cancel, report);
+  const std::optional<Result<std::shared_ptr<const Scene>>> built = build(run_pointer, report);
   outcome.statistics.build_s = seconds_since(build_start);
   if (events.report && !of.cancel.cancelled()) events.report(of.epoch, report);
+  if (!built) return fail({});
+  const Result<std::shared_ptr<const Scene>>& scene = *built;
   if (!scene) return fail(scene.error());
 
   Result<std::shared_ptr<Film>> film = Film::create(film_settings(settings));
@@ -259,7 +292,7 @@ void Session::start(int64_t epoch) {
     state_->run = run;
     state_->running = true;
   }
-  state_->conductor = std::thread([state = state_.get(), run] { state->conduct(*run); });
+  state_->conductor = std::thread([state = state_.get(), run] { state->conduct(run); });
 }
 
 void Session::cancel() {

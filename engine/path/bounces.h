@@ -1,4 +1,5 @@
-// How bounces are counted and limited: as Cycles does (kernel/integrator/path_state.h), so that scenes made for it match.
+// How bounces are counted and limited: as Cycles does (kernel/integrator/path_state.h), so that scenes made for it
+// match.
 #pragma once
 
 #include "engine/shading/bsdf.h"

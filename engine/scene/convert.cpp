@@ -32,18 +32,24 @@ SharedSpan<T> shared_span(const ArrayPointer& array) {
 
 AttributeDomain domain_of(description::Domain domain) {
   switch (domain) {
-    case description::Domain::vertex: return AttributeDomain::vertex;
-    case description::Domain::corner: return AttributeDomain::corner;
-    case description::Domain::face: break;
+    case description::Domain::vertex:
+      return AttributeDomain::vertex;
+    case description::Domain::corner:
+      return AttributeDomain::corner;
+    case description::Domain::face:
+      break;
   }
   return AttributeDomain::face;
 }
 
 AttributeRole role_of(description::AttributeRole role) {
   switch (role) {
-    case description::AttributeRole::uv: return AttributeRole::uv;
-    case description::AttributeRole::color: return AttributeRole::color;
-    case description::AttributeRole::generic: break;
+    case description::AttributeRole::uv:
+      return AttributeRole::uv;
+    case description::AttributeRole::color:
+      return AttributeRole::color;
+    case description::AttributeRole::generic:
+      break;
   }
   return AttributeRole::generic;
 }
@@ -109,10 +115,18 @@ ImageSource image_source(const std::shared_ptr<const description::Image>& image)
   source.owner = image;
   source.colorspace = image->colorspace;
   switch (image->alpha) {
-    case description::AlphaMode::straight: source.alpha = ImageAlpha::straight; break;
-    case description::AlphaMode::premultiplied: source.alpha = ImageAlpha::premultiplied; break;
-    case description::AlphaMode::channel_packed: source.alpha = ImageAlpha::channel_packed; break;
-    case description::AlphaMode::none: source.alpha = ImageAlpha::none; break;
+    case description::AlphaMode::straight:
+      source.alpha = ImageAlpha::straight;
+      break;
+    case description::AlphaMode::premultiplied:
+      source.alpha = ImageAlpha::premultiplied;
+      break;
+    case description::AlphaMode::channel_packed:
+      source.alpha = ImageAlpha::channel_packed;
+      break;
+    case description::AlphaMode::none:
+      source.alpha = ImageAlpha::none;
+      break;
   }
   return source;
 }
@@ -139,9 +153,15 @@ CameraSpec camera_spec(const description::Camera& camera, const description::Set
   spec.sensor_width_mm = camera.sensor_width_mm;
   spec.sensor_height_mm = camera.sensor_height_mm;
   switch (camera.sensor_fit) {
-    case description::SensorFit::automatic: spec.sensor_fit = SensorFit::automatic; break;
-    case description::SensorFit::horizontal: spec.sensor_fit = SensorFit::horizontal; break;
-    case description::SensorFit::vertical: spec.sensor_fit = SensorFit::vertical; break;
+    case description::SensorFit::automatic:
+      spec.sensor_fit = SensorFit::automatic;
+      break;
+    case description::SensorFit::horizontal:
+      spec.sensor_fit = SensorFit::horizontal;
+      break;
+    case description::SensorFit::vertical:
+      spec.sensor_fit = SensorFit::vertical;
+      break;
   }
   spec.ortho_scale = camera.ortho_scale;
   spec.shift = camera.shift;

@@ -9,9 +9,12 @@ const char* profile_name(KernelProfile profile) { return profile == KernelProfil
 namespace {
 std::vector<std::string> select(const SceneProfile& profile, bool value) {
   const std::pair<bool, const char*> features[] = {
-      {profile.transparency, "transparent surfaces"}, {profile.differentials, "pixel footprints"},
-      {profile.emissive_meshes, "emissive meshes"},   {profile.environment, "environment light"},
-      {profile.lamps, "lamps"},                       {profile.textures, "image textures"},
+      {profile.transparency, "transparent surfaces"},
+      {profile.differentials, "pixel footprints"},
+      {profile.emissive_meshes, "emissive meshes"},
+      {profile.environment, "environment light"},
+      {profile.lamps, "lamps"},
+      {profile.textures, "image textures"},
       {profile.depth_of_field, "depth of field"},
   };
   std::vector<std::string> names;

@@ -1,4 +1,5 @@
-// What a scene needs modelled: OR-ed upward from materials, lights and objects; selects the smallest kernel that covers it.
+// What a scene needs modelled: OR-ed upward from materials, lights and objects; selects the smallest kernel that covers
+// it.
 #pragma once
 
 #include <cstdint>
@@ -17,11 +18,11 @@ inline constexpr KernelProfile k_largest_profile = KernelProfile::surfaces;
 
 /// A bit is here because it changes control flow; everything else is data.
 struct SceneProfile {
-  bool transparency = false;     ///< some material may be transparent
-  bool differentials = false;    ///< some material asks for pixel footprints
+  bool transparency = false;   ///< some material may be transparent
+  bool differentials = false;  ///< some material asks for pixel footprints
   bool emissive_meshes = false;
-  bool environment = false;      ///< the world emits
-  bool lamps = false;            ///< lights other than meshes and the world
+  bool environment = false;  ///< the world emits
+  bool lamps = false;        ///< lights other than meshes and the world
   bool textures = false;
   bool depth_of_field = false;
 

@@ -10,26 +10,14 @@
 #include <utility>
 
 #include "engine/scene/convert.h"
-#include "engine/scene/world_map.h"
-#include "engine/shading/graph.h"
+#include "engine/scene/scene_builder_state.h"
 
 namespace lambent {
 
-using description::SceneDescription;
 
 namespace {
 
 constexpr const char* k_cancelled = "cancelled";
-
-/// What was made from one immutable datablock, with the messages of making it (repeated in every build that uses it).
-template <typename Source, typename Made>
-struct Cached {
-  std::shared_ptr<const Source> source;  ///< kept, so that its address is not used again
-  Made made;
-  Report report;
-};
-template <typename Source, typename Made>
-using Cache = std::unordered_map<const Source*, Cached<Source, Made>>;
 
 /// Forgets what the description no longer names.
 template <typename Source, typename Made>
@@ -39,14 +27,24 @@ void forget_unused(Cache<Source, Made>& cache, const description::Table<Source>&
   std::erase_if(cache, [&](const auto& entry) { return !used.count(entry.first); });
 }
 
-bool uses_images(const description::Graph& graph) {
-  for (const description::Node& node : graph.nodes)
-    if (node.properties.count("image")) return true;
-  return false;
+/// Calls visit(image id) for each image that a graph names.
+template <typename Visit>
+void for_each_image(const description::Graph& graph, Visit&& visit) {
+  for (const description::Node& node : graph.nodes) {
+    const auto found = node.properties.find("image");
+    if (found == node.properties.end()) continue;
+    if (const auto* id = std::get_if<std::string>(&found->second)) visit(*id);
+  }
 }
 
-/// How far the world is moved so that coordinates are small: nothing unless the scene is far from the origin compared with
-/// its size, where float positions would lose what the picture shows.
+bool uses_images(const description::Graph& graph) {
+  bool any = false;
+  for_each_image(graph, [&](const std::string&) { any = true; });
+  return any;
+}
+
+/// How far the world is moved so that coordinates are small: nothing unless the scene is far from the origin compared
+/// with its size, where float positions would lose what the picture shows.
 Vec3d choose_origin_shift(const Bounds3& bounds) {
   if (bounds.isEmpty()) return Vec3d(0.0);
   const Vec3d center = (Vec3d(bounds.min) + Vec3d(bounds.max)) * 0.5;
@@ -57,49 +55,6 @@ Vec3d choose_origin_shift(const Bounds3& bounds) {
 }
 
 }  // namespace
-
-struct SceneBuilder::State {
-  SceneBuilderOptions options;
-  std::shared_ptr<TextureSystem> textures;
-  std::string ocio_config;
-  Cache<description::Mesh, std::shared_ptr<const TriangleMesh>> meshes;
-  Cache<description::Image, TextureHandle> images;
-  description::Table<description::Image> image_table;  ///< that the programs below were compiled with
-  Cache<description::Material, std::shared_ptr<const Program>> materials;
-  Cache<description::World, std::shared_ptr<const Program>> worlds;
-  Cache<description::Light, std::shared_ptr<const Program>> lights;
-  std::pair<std::shared_ptr<const Program>, EnvironmentLight> world_map;  ///< the last world's importance map
-  GeometryBuilder geometry;
-
-  /// One build: what it makes and reads.
-  struct Build {
-    const SceneDescription& description;
-    const CancelFlag& cancel;
-    Report& report;
-    std::shared_ptr<Scene> scene;
-    /// Objects that have a usable mesh, in the order of GeometryObject.
-    std::vector<std::pair<const description::Object*, uint32_t>> mesh_objects;  ///< and number among all objects
-    std::vector<GeometryObject> geometry_objects;
-    std::vector<uint32_t> first_bindings;  ///< by geometry object
-  };
-
-  void prepare_textures(const SceneDescription& description);
-  TextureHandle image(Build& build, const std::string& id);
-  std::shared_ptr<const Program> material(Build& build, const std::string& id, const std::string& object);
-  std::shared_ptr<const TriangleMesh> mesh(Build& build, const std::shared_ptr<const description::Mesh>& source);
-  bool collect_meshes(Build& build);
-  void place_objects(Build& build);
-  uint32_t bind_materials(Build& build, const description::Object& object, const TriangleMesh& mesh);
-  void add_instances(Build& build);
-  void build_lights(Build& build);
-  void add_lamps(Build& build, LightSetBuilder& lights);
-  void add_emissive_meshes(Build& build, LightSetBuilder& lights);
-  void add_world(Build& build, LightSetBuilder& lights);
-  void find_profile(Build& build);
-  ImageResolver resolver(Build& build) {
-    return [this, &build](const std::string& id) { return image(build, id); };
-  }
-};
 
 /// Starts a texture system if the colour configuration changed, and forgets programs made with images that changed.
 void SceneBuilder::State::prepare_textures(const SceneDescription& description) {
@@ -120,16 +75,35 @@ void SceneBuilder::State::prepare_textures(const SceneDescription& description) 
   std::erase_if(lights, [](const auto& entry) { return entry.first->graph && uses_images(*entry.first->graph); });
 }
 
+/// Loads the new images that some graph names, several at a time.
+void SceneBuilder::State::load_images(Build& build) {
+  const SceneDescription& description = build.description;
+  std::vector<Cached<description::Image, TextureHandle>*> fresh;
+  const auto want = [&](const std::string& id) {
+    const auto found = description.images.find(id);
+    if (found == description.images.end()) return;
+    const auto [entry, added] = images.try_emplace(found->second.get());
+    if (!added) return;
+    entry->second.source = found->second;
+    fresh.push_back(&entry->second);
+  };
+  for (const auto& [id, material] : description.materials) for_each_image(material->graph, want);
+  for (const auto& [id, world] : description.worlds) for_each_image(world->graph, want);
+  for (const auto& [id, light] : description.lights)
+    if (light->graph) for_each_image(*light->graph, want);
+  tbb::parallel_for(size_t{0}, fresh.size(), [&](size_t i) {
+    if (!build.cancel.cancelled())
+      fresh[i]->made = textures->add_image(image_source(fresh[i]->source), fresh[i]->report);
+  });
+  if (build.cancel.cancelled()) std::erase_if(images, [](const auto& entry) { return !entry.second.made; });
+}
+
+/// A loaded image, for the compiler; its messages go to the report once a build.
 TextureHandle SceneBuilder::State::image(Build& build, const std::string& id) {
   const auto found = build.description.images.find(id);
   if (found == build.description.images.end()) return nullptr;
-  const auto [entry, added] = images.try_emplace(found->second.get());
-  if (added) {
-    entry->second.source = found->second;
-    entry->second.made = textures->add_image(image_source(found->second), entry->second.report);
-  }
-  build.report.append(entry->second.report);
-  return entry->second.made;
+  const auto loaded = images.find(found->second.get());
+  return loaded == images.end() ? nullptr : loaded->second.made;
 }
 
 std::shared_ptr<const Program> SceneBuilder::State::material(Build& build, const std::string& id,
@@ -145,7 +119,6 @@ std::shared_ptr<const Program> SceneBuilder::State::material(Build& build, const
     entry->second.source = found->second;
     entry->second.made = compile_material(shader_graph(found->second->graph), found->second->name, resolver(build),
                                           entry->second.report);
-    build.report.append(entry->second.report);
   }
   return entry->second.made;
 }
@@ -167,7 +140,8 @@ bool SceneBuilder::State::collect_meshes(Build& build) {
     fresh.push_back(&entry->second);
   }
   tbb::parallel_for(size_t{0}, fresh.size(), [&](size_t i) {
-    if (!build.cancel.cancelled()) fresh[i]->made = TriangleMesh::create(mesh_input(*fresh[i]->source), fresh[i]->report);
+    if (!build.cancel.cancelled())
+      fresh[i]->made = TriangleMesh::create(mesh_input(*fresh[i]->source), fresh[i]->report);
   });
   if (build.cancel.cancelled()) {
     std::erase_if(meshes, [](const auto& entry) { return !entry.second.made; });
@@ -225,7 +199,8 @@ void SceneBuilder::State::place_objects(Build& build) {
 }
 
 /// Appends the object's bindings, one a material slot; returns the first.
-uint32_t SceneBuilder::State::bind_materials(Build& build, const description::Object& object, const TriangleMesh& mesh) {
+uint32_t SceneBuilder::State::bind_materials(Build& build, const description::Object& object,
+                                             const TriangleMesh& mesh) {
   std::vector<SurfaceBinding>& bindings = build.scene->bindings_;
   const uint32_t first = static_cast<uint32_t>(bindings.size());
   const size_t slots = std::max<size_t>(1, std::min<size_t>(object.materials.size(), mesh.max_material_slot() + 1));
@@ -244,14 +219,21 @@ uint32_t SceneBuilder::State::bind_materials(Build& build, const description::Ob
       const AttributeRequest& request = requests[i];
       int index = -1;
       switch (request.kind) {
-        case AttributeRequest::Kind::named: index = mesh.find_attribute(request.name); break;
-        case AttributeRequest::Kind::uv: index = mesh.find_uv(request.name); break;
-        case AttributeRequest::Kind::color: index = mesh.find_color(request.name); break;
+        case AttributeRequest::Kind::named:
+          index = mesh.find_attribute(request.name);
+          break;
+        case AttributeRequest::Kind::uv:
+          index = mesh.find_uv(request.name);
+          break;
+        case AttributeRequest::Kind::color:
+          index = mesh.find_color(request.name);
+          break;
         case AttributeRequest::Kind::tangent:
           index = mesh.find_uv(request.name);
           if (index >= 0) mesh.prepare_tangents(index);
           break;
-        case AttributeRequest::Kind::generated: break;
+        case AttributeRequest::Kind::generated:
+          break;
       }
       binding.attributes[i] = static_cast<int16_t>(index);
     }
@@ -266,8 +248,8 @@ void SceneBuilder::State::add_instances(Build& build) {
   for (size_t i = 0; i < build.mesh_objects.size(); ++i) {
     const auto& [object, number] = build.mesh_objects[i];
     const uint32_t first_binding = build.first_bindings[i];
-    const uint32_t end =
-        i + 1 < build.first_bindings.size() ? build.first_bindings[i + 1] : static_cast<uint32_t>(scene.bindings_.size());
+    const uint32_t end = i + 1 < build.first_bindings.size() ? build.first_bindings[i + 1]
+                                                             : static_cast<uint32_t>(scene.bindings_.size());
     const std::span<const uint32_t> random_ids =
         object->random_ids ? object->random_ids->as<uint32_t>() : std::span<const uint32_t>();
     const uint32_t first = scene.geometry_->first_instance(static_cast<uint32_t>(i));
@@ -281,157 +263,6 @@ void SceneBuilder::State::add_instances(Build& build) {
       shading.object_pass_index = static_cast<uint32_t>(object->pass_index);
     }
   }
-}
-
-void SceneBuilder::State::add_lamps(Build& build, LightSetBuilder& set) {
-  const SceneDescription& description = build.description;
-  for (const auto& [id, object] : description.objects) {
-    if (object->light.empty()) continue;
-    const auto found = description.lights.find(object->light);
-    if (found == description.lights.end()) {
-      build.report.error("missing_light", object->name,
-                         "Object '" + object->name + "' uses light '" + object->light + "', which does not exist");
-      continue;
-    }
-    const description::Light& light = *found->second;
-    AnalyticLight lamp;
-    lamp.name = light.name;
-    switch (light.type) {
-      case description::LightType::point: lamp.kind = LightKind::point; break;
-      case description::LightType::spot: lamp.kind = LightKind::spot; break;
-      case description::LightType::sun: lamp.kind = LightKind::sun; break;
-      case description::LightType::area: lamp.kind = LightKind::area; break;
-    }
-    lamp.energy = light.color * (light.energy * std::exp2(light.exposure));
-    lamp.normalize = light.normalize;
-    lamp.radius_m = light.radius_m;
-    lamp.angle_rad = light.angle_rad;
-    lamp.spot_size_rad = light.spot_size_rad;
-    lamp.spot_blend = light.spot_blend;
-    lamp.round = light.shape == description::AreaShape::disk || light.shape == description::AreaShape::ellipse;
-    lamp.size_m = light.size_m;
-    if (light.shape == description::AreaShape::square || light.shape == description::AreaShape::disk)
-      lamp.size_m.y = lamp.size_m.x;
-    lamp.spread_rad = light.spread_rad;
-    lamp.traits.hidden_from = ~visibility_mask(object->visibility) & k_visible_all;
-    lamp.traits.shadows = light.shadows;
-    lamp.traits.hit_by_rays = light.multiple_importance;
-    lamp.traits.max_bounces = light.max_bounces;
-
-    std::shared_ptr<const Program> program;
-    if (light.graph) {
-      const auto [entry, added] = lights.try_emplace(found->second.get());
-      if (added) {
-        entry->second.source = found->second;
-        entry->second.made =
-            compile_light(shader_graph(*light.graph), light.name, resolver(build), entry->second.report);
-      }
-      build.report.append(entry->second.report);
-      program = entry->second.made;
-      const ProgramTraits& traits = program->traits();
-      lamp.program_average = traits.emission;
-      if (traits.constant_emission) {
-        lamp.energy *= traits.emission;
-        lamp.program_average = Color(1.0f);
-      } else {
-        lamp.traits.program = true;
-      }
-    }
-    for (const Transform& transform : instance_transforms(*object, build.scene->origin_shift_)) {
-      lamp.world_from_light = transform;
-      if (lamp.traits.program) {
-        lamp.traits.user = static_cast<uint32_t>(build.scene->lamp_programs_.size());
-        build.scene->lamp_programs_.push_back({program, transform, transform.inverse()});
-      }
-      set.add(lamp);
-      build.scene->profile_.lamps = true;
-    }
-  }
-}
-
-void SceneBuilder::State::add_emissive_meshes(Build& build, LightSetBuilder& set) {
-  Scene& scene = *build.scene;
-  for (SurfaceBinding& binding : scene.bindings_) binding.samples_emission = binding.program->traits().emits;
-  for (size_t i = 0; i < build.mesh_objects.size(); ++i) {
-    const GeometryObject& object = build.geometry_objects[i];
-    const uint32_t first_instance = scene.geometry_->first_instance(static_cast<uint32_t>(i));
-    const uint32_t slots = scene.instances_[first_instance].slots;
-    const uint32_t first_binding = build.first_bindings[i];
-    bool any = false;
-    for (uint32_t slot = 0; slot < slots; ++slot) any = any || scene.bindings_[first_binding + slot].samples_emission;
-    if (!any) continue;
-    scene.profile_.emissive_meshes = true;
-    std::vector<uint32_t> emissions(slots, 0);
-    for (uint32_t slot = 0; slot < slots; ++slot) {
-      const ProgramTraits& traits = scene.bindings_[first_binding + slot].program->traits();
-      if (!traits.emits) continue;
-      SurfaceEmission emission;
-      emission.radiance = traits.emission;
-      emission.traits.program = !traits.constant_emission;
-      emission.traits.hidden_from = ~object.visibility & k_visible_all;
-      emissions[slot] = set.add_emission(emission);
-    }
-    for (size_t k = 0; k < object.world_from_object.size(); ++k) {
-      if (build.cancel.cancelled()) return;
-      const uint32_t instance = first_instance + static_cast<uint32_t>(k);
-      if (!scene.geometry_->instance(instance).mesh) continue;  // dropped and reported by the geometry
-      std::vector<EmissiveTriangle> triangles;
-      for (uint32_t t = 0; t < object.mesh->triangle_count(); ++t) {
-        const uint32_t slot = std::min(object.mesh->material_slot(t), slots - 1);
-        if (!scene.bindings_[first_binding + slot].samples_emission) continue;
-        const Triangle corners = scene.geometry_->triangle_world(instance, t);
-        triangles.push_back({corners[0], corners[1], corners[2], t, emissions[slot], 1.0f});
-      }
-      set.add_mesh(instance, object.name, std::move(triangles));
-    }
-  }
-}
-
-void SceneBuilder::State::add_world(Build& build, LightSetBuilder& set) {
-  const std::string& id = build.description.settings->world;
-  if (id.empty()) return;
-  const auto found = build.description.worlds.find(id);
-  if (found == build.description.worlds.end()) {
-    build.report.error("missing_world", id, "The settings name world '" + id + "', which does not exist: black");
-    return;
-  }
-  const auto [entry, added] = worlds.try_emplace(found->second.get());
-  if (added) {
-    entry->second.source = found->second;
-    entry->second.made =
-        compile_world(shader_graph(found->second->graph), found->second->name, resolver(build), entry->second.report);
-  }
-  build.report.append(entry->second.report);
-  const std::shared_ptr<const Program>& program = entry->second.made;
-  if (!program->traits().emits) return;
-  build.scene->world_ = program;
-  build.scene->profile_.environment = true;
-  EnvironmentLight light;
-  if (program->traits().constant_emission) {
-    light.radiance = program->traits().emission;
-  } else {
-    if (world_map.first != program) {
-      int height = found->second->importance_resolution;
-      if (height <= 0) height = uses_images(found->second->graph) ? 1024 : 256;
-      EnvironmentLight map = world_importance_map(*program, textures.get(), std::min(height, 8192), build.cancel);
-      if (build.cancel.cancelled()) return;
-      world_map = {program, std::move(map)};
-    }
-    light = world_map.second;
-    light.traits.program = true;
-  }
-  light.traits.hidden_from = ~visibility_mask(found->second->visibility) & k_visible_all;
-  set.set_environment(std::move(light));
-}
-
-void SceneBuilder::State::build_lights(Build& build) {
-  LightSetBuilder set;
-  set.set_scene_bounds(build.scene->geometry_->bounds_world());
-  add_lamps(build, set);
-  add_emissive_meshes(build, set);
-  add_world(build, set);
-  if (build.cancel.cancelled()) return;
-  build.scene->lights_ = set.build(build.report);
 }
 
 void SceneBuilder::State::find_profile(Build& build) {
@@ -471,8 +302,11 @@ Result<std::shared_ptr<const Scene>> SceneBuilder::build(const SceneDescription&
   State::Build build{description, cancel, report, std::shared_ptr<Scene>(new Scene(*first_camera)), {}, {}, {}};
   build.scene->textures_ = state.textures;
 
+  state.load_images(build);
   if (!state.collect_meshes(build)) return Error{k_cancelled};
+  for (const auto& [source, loaded] : state.images) report.append(loaded.report);
   state.place_objects(build);
+  for (const auto& [source, compiled] : state.materials) report.append(compiled.report);
   if (cancel.cancelled()) return Error{k_cancelled};
   const Result<Camera> shifted_camera =
       Camera::create(camera_spec(*camera->second, settings, build.scene->origin_shift_));

@@ -23,8 +23,8 @@ class SceneBuilder {
   SceneBuilder(const SceneBuilder&) = delete;
   SceneBuilder& operator=(const SceneBuilder&) = delete;
 
-  /// Builds a snapshot. What is wrong with a datablock is reported by its name and stood in for. Error: no camera, a camera
-  /// that defines no picture, out of memory, or "cancelled" (within 100 ms of the flag; what was built is kept).
+  /// Builds a snapshot. What is wrong with a datablock is reported by its name and stood in for. Error: no camera, a
+  /// camera that defines no picture, out of memory, or "cancelled" (within 100 ms of the flag; what was built is kept).
   Result<std::shared_ptr<const Scene>> build(const description::SceneDescription& description, const CancelFlag& cancel,
                                              Report& report);
 

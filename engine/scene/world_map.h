@@ -7,8 +7,8 @@
 
 namespace lambent {
 
-/// Evaluates the world program at the centres of a latitude-longitude grid of height x 2·height texels, in parallel, and
-/// returns its luminances and solid-angle weighted average. Incomplete if cancelled.
+/// Evaluates the world program at the centres of a latitude-longitude grid of height x 2·height texels, in parallel,
+/// and returns its luminances and solid-angle weighted average. Incomplete if cancelled.
 EnvironmentLight world_importance_map(const Program& world, const TextureSystem* textures, int height,
                                       const CancelFlag& cancel);
 

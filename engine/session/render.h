@@ -22,8 +22,8 @@ struct RenderGoal {
   int threads = 0;               ///< 0: all workers
 };
 
-/// Serves the tiles of one film to workers, pass after pass. A tile's next pass waits for its previous one, and only with
-/// a noise threshold does a pass wait for the whole one before: so no worker idles at the end of a pass.
+/// Serves the tiles of one film to workers, pass after pass. A tile's next pass waits for its previous one, and only
+/// with a noise threshold does a pass wait for the whole one before: so no worker idles at the end of a pass.
 class Render final : public WorkSource {
  public:
   /// @param tile_finished called by workers after each tile of a pass
@@ -69,10 +69,10 @@ class Render final : public WorkSource {
   mutable std::mutex mutex_;
   std::condition_variable finished_;
   std::vector<char> tile_busy_;
-  int64_t target_ = 0;    ///< samples of the pass being handed out
-  int next_tile_ = 0;     ///< of that pass
-  int busy_ = 0;          ///< tiles being worked on
-  int done_in_pass_ = 0;  ///< tiles finished since the pass began
+  int64_t target_ = 0;      ///< samples of the pass being handed out
+  int next_tile_ = 0;       ///< of that pass
+  int busy_ = 0;            ///< tiles being worked on
+  int done_in_pass_ = 0;    ///< tiles finished since the pass began
   bool exhausted_ = false;  ///< nothing more to hand out
   double first_tile_s_ = 0.0;
   RayCounts counts_;

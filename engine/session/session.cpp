@@ -2,6 +2,7 @@
 
 #include <condition_variable>
 #include <exception>
+#include <future>
 #include <mutex>
 #include <thread>
 
@@ -36,7 +37,9 @@ IntegratorSettings integrator_settings(const description::Settings& settings, co
   result.bounces = {settings.max_bounces, settings.diffuse_bounces, settings.glossy_bounces,
                     settings.transmission_bounces, settings.transparent_bounces};
   switch (settings.pixel_filter) {
-    case description::PixelFilter::box: result.filter = PixelFilter(FilterKind::box); break;
+    case description::PixelFilter::box:
+      result.filter = PixelFilter(FilterKind::box);
+      break;
     case description::PixelFilter::gaussian:
       result.filter = PixelFilter(FilterKind::gaussian, settings.filter_width_px);
       break;
@@ -89,15 +92,16 @@ struct Run {
   Stage stage = Stage::updating;
   std::shared_ptr<Film> film;
   std::shared_ptr<Render> render;
-  bool complete = false;     ///< no newer pixels will come
-  bool tiles_told = false;   ///< tiles_ready was called and nothing taken since
+  bool complete = false;    ///< no newer pixels will come
+  bool tiles_told = false;  ///< tiles_ready was called and nothing taken since
 };
 
 struct Session::State {
   std::shared_ptr<PooledEngine> engine;
   SessionEvents events;
   description::SceneDescription description;
-  SceneBuilder builder;
+  SceneBuilder builder;  ///< used by one build at a time: the one in `building`, if that is valid
+  std::future<void> building;
   std::string checkpoint_to_load;
 
   mutable std::mutex mutex;
@@ -130,14 +134,42 @@ struct Session::State {
     if (events.tiles_ready) events.tiles_ready();
   }
 
-  void conduct(Run& of);
-  RenderOutcome render(Run& of);
+  void conduct(const std::shared_ptr<Run>& of);
+  RenderOutcome render(const std::shared_ptr<Run>& of);
+  std::optional<Result<std::shared_ptr<const Scene>>> build(const std::shared_ptr<Run>& of, Report& report);
 };
 
-void Session::State::conduct(Run& of) {
+/// Builds the scene; nullopt if cancelled. Some steps cannot be interrupted (decoding one large image): a cancelled
+/// build then finishes in the background, and the next one waits for it, while the client already has its answer.
+std::optional<Result<std::shared_ptr<const Scene>>> Session::State::build(const std::shared_ptr<Run>& of,
+                                                                          Report& report) {
+  using namespace std::chrono_literals;
+  constexpr auto patience = 50ms;  // for an orderly end after cancelling
+  const auto wait = [&](std::future<void>& future) {
+    while (future.wait_for(5ms) != std::future_status::ready)
+      if (of->cancel.cancelled() && future.wait_for(patience) != std::future_status::ready) return false;
+    return true;
+  };
+  if (building.valid() && !wait(building)) return std::nullopt;
+  struct Work {
+    Report report;
+    std::optional<Result<std::shared_ptr<const Scene>>> scene;
+  };
+  const auto work = std::make_shared<Work>();
+  building = std::async(std::launch::async,
+                        [this, of, work] { work->scene = builder.build(of->scene, of->cancel, work->report); });
+  if (!wait(building)) return std::nullopt;
+  building.get();  // rethrows what a library threw
+  report.append(work->report);
+  if (of->cancel.cancelled()) return std::nullopt;
+  return std::move(work->scene);
+}
+
+void Session::State::conduct(const std::shared_ptr<Run>& run_pointer) {
+  Run& of = *run_pointer;
   RenderOutcome outcome;
   try {
-    outcome = render(of);
+    outcome = render(run_pointer);
   } catch (const std::exception& exception) {  // a library's, such as out of memory
     outcome.status = RenderStatus::failed;
     outcome.message = std::string("The render failed: ") + exception.what();
@@ -165,7 +197,8 @@ void Session::State::conduct(Run& of) {
   idle.notify_all();
 }
 
-RenderOutcome Session::State::render(Run& of) {
+RenderOutcome Session::State::render(const std::shared_ptr<Run>& run_pointer) {
+  Run& of = *run_pointer;
   const description::Settings& settings = *of.scene.settings;
   RenderOutcome outcome;
   const auto fail = [&](std::string message) {
@@ -180,9 +213,11 @@ RenderOutcome Session::State::render(Run& of) {
   }
   Report report;
   const Clock::time_point build_start = Clock::now();
-  const Result<std::shared_ptr<const Scene>> scene = builder.build(of.scene, of.cancel, report);
+  const std::optional<Result<std::shared_ptr<const Scene>>> built = build(run_pointer, report);
   outcome.statistics.build_s = seconds_since(build_start);
   if (events.report && !of.cancel.cancelled()) events.report(of.epoch, report);
+  if (!built) return fail({});
+  const Result<std::shared_ptr<const Scene>>& scene = *built;
   if (!scene) return fail(scene.error());
 
   Result<std::shared_ptr<Film>> film = Film::create(film_settings(settings));
@@ -223,15 +258,16 @@ RenderOutcome Session::State::render(Run& of) {
   statistics.profile = profile_name((*scene)->profile().kernel());
   statistics.modelled = modelled((*scene)->profile());
   statistics.not_modelled = not_modelled((*scene)->profile());
-  statistics.memory = {counts.geometry_bytes, counts.bvh_bytes, counts.texture_bytes, 0, counts.light_bytes,
-                       counts.shading_bytes};
+  statistics.memory = {counts.geometry_bytes, counts.bvh_bytes,    counts.texture_bytes, 0,
+                       counts.light_bytes,    counts.shading_bytes};
   statistics.memory.film = (*film)->bytes();
   outcome.samples = (*film)->min_sample_count();
   for (const RejectedSample& rejected : (*film)->rejected_samples())
-    spdlog::warn("Render {}: pixel ({}, {}) sample {} was not finite or negative and was left out; replay with --region "
-                 "{} {} {} {} --samples {} --seed {}",
-                 of.epoch, rejected.x, rejected.y, rejected.sample, rejected.x, rejected.y, rejected.x + 1,
-                 rejected.y + 1, rejected.sample + 1, settings.seed);
+    spdlog::warn(
+        "Render {}: pixel ({}, {}) sample {} was not finite or negative and was left out; replay with --region "
+        "{} {} {} {} --samples {} --seed {}",
+        of.epoch, rejected.x, rejected.y, rejected.sample, rejected.x, rejected.y, rejected.x + 1, rejected.y + 1,
+        rejected.sample + 1, settings.seed);
   return outcome;
 }
 
@@ -256,7 +292,7 @@ void Session::start(int64_t epoch) {
     state_->run = run;
     state_->running = true;
   }
-  state_->conductor = std::thread([state = state_.get(), run] { state->conduct(*run); });
+  state_->conductor = std::thread([state = state_.get(), run] { state->conduct(run); });
 }
 
 void Session::cancel() {
@@ -302,8 +338,8 @@ std::vector<TileSnapshot> Session::take_tiles(size_t limit) {
   if (!film) return tiles;
   for (const int index : film->take_dirty(limit)) {
     FilmTile tile = film->tile(index);
-    tiles.push_back({run->epoch, tile.rectangle, tile.samples, complete, film->settings().channels,
-                     std::move(tile.pixels)});
+    tiles.push_back(
+        {run->epoch, tile.rectangle, tile.samples, complete, film->settings().channels, std::move(tile.pixels)});
   }
   return tiles;
 }

@@ -1,5 +1,5 @@
-// The engine's worker threads. Running renders register a source of work; workers serve the sources in turn, so that several
-// sessions share the machine fairly.
+// The engine's worker threads. Running renders register a source of work; workers serve the sources in turn, so that
+// several sessions share the machine fairly.
 #pragma once
 
 #include <condition_variable>
@@ -41,7 +41,7 @@ class WorkerPool {
  private:
   struct Entry {
     WorkSource* source;
-    int busy = 0;        ///< workers inside
+    int busy = 0;  ///< workers inside
     bool removed = false;
   };
   void run(int worker);

@@ -19,7 +19,8 @@ void expect_mean(const Picture& picture, double expected, double relative_roundi
 }
 
 TEST(ClosedEmittingSphere, radiance_is_the_geometric_series_whatever_the_bounce_limit) {
-  // Every point emits 1 and reflects half: after k bounces the sum of k + 1 terms of 1/2^i (a closed polyhedron serves too).
+  // Every point emits 1 and reflects half: after k bounces the sum of k + 1 terms of 1/2^i (a closed polyhedron serves
+  // too).
   for (const int bounces : {0, 1, 2, 5, 64}) {
     SceneMaker maker(16, 16, 256);
     maker.material("m", diffuse_emitter(Color(0.5f), Color(1.0f))).sphere("s", Vec3(0.0f), 1.0f, 8, "m");
@@ -35,7 +36,8 @@ TEST(PointLightInSphere, radiance_is_one) {
   description::Light light;
   light.energy = 4.0f * k_pi * k_pi;
   maker.light("l", light, Transform());
-  expect_mean(render(maker.transaction()), 1.0, 2e-3);  // the polyhedron of 64 rings is that much smaller than the sphere
+  expect_mean(render(maker.transaction()), 1.0,
+              2e-3);  // the polyhedron of 64 rings is that much smaller than the sphere
 }
 
 TEST(Furnace, a_white_diffuse_object_vanishes_in_a_white_world) {
@@ -49,8 +51,9 @@ TEST(Furnace, transparent_sheets_and_a_colour_multiply) {
   SceneMaker maker(16, 16, 16);
   maker.material("t", transparent(Color(0.5f))).world(background(Color(1.0f)));
   for (int i = 0; i < 3; ++i)
-    maker.mesh("sheet" + std::to_string(i), {{-9, -9, -2.f - i}, {9, -9, -2.f - i}, {9, 9, -2.f - i}, {-9, 9, -2.f - i}},
-               {{0, 1, 2}, {0, 2, 3}}, "t");
+    maker.mesh("sheet" + std::to_string(i),
+               {{-9, -9, -2.f - i}, {9, -9, -2.f - i}, {9, 9, -2.f - i}, {-9, 9, -2.f - i}}, {{0, 1, 2}, {0, 2, 3}},
+               "t");
   // Roulette makes it noisy: compare the mean.
   maker.settings.samples = 1024;
   expect_mean(render(maker.transaction()), 0.125);
@@ -63,7 +66,8 @@ TEST(TransparentShadow, dims_by_the_product_of_the_sheets) {
     maker.mesh("floor", {{-1, -1, -2}, {1, -1, -2}, {1, 1, -2}, {-1, 1, -2}}, {{0, 1, 2}, {0, 2, 3}}, "floor");
     for (int i = 0; i < sheets; ++i) {
       const float z = 1.0f + i;  // behind the camera, before the lamp
-      maker.mesh("s" + std::to_string(i), {{-9, -9, z}, {9, -9, z}, {9, 9, z}, {-9, 9, z}}, {{0, 1, 2}, {0, 2, 3}}, "t");
+      maker.mesh("s" + std::to_string(i), {{-9, -9, z}, {9, -9, z}, {9, 9, z}, {-9, 9, z}}, {{0, 1, 2}, {0, 2, 3}},
+                 "t");
     }
     description::Light sun;
     sun.type = LightType::sun;

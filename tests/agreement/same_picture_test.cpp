@@ -17,9 +17,11 @@ SceneMaker room(int64_t samples) {
   SceneMaker maker(48, 40, samples);
   maker.material("white", diffuse(Color(0.7f)))
       .material("red", diffuse(Color(0.7f, 0.1f, 0.1f)))
-      .material("glass", single("BsdfGlass", {{"Color", description::Numbers{1, 1, 1, 1}}, {"Roughness", 0.0f}, {"IOR", 1.5f}}))
-      .material("metal", single("BsdfGlossy", {{"Color", description::Numbers{0.9f, 0.8f, 0.6f, 1}}, {"Roughness", 0.2f}},
-                                {{"distribution", std::string("GGX")}}))
+      .material("glass",
+                single("BsdfGlass", {{"Color", description::Numbers{1, 1, 1, 1}}, {"Roughness", 0.0f}, {"IOR", 1.5f}}))
+      .material("metal",
+                single("BsdfGlossy", {{"Color", description::Numbers{0.9f, 0.8f, 0.6f, 1}}, {"Roughness", 0.2f}},
+                       {{"distribution", std::string("GGX")}}))
       .material("lamp", emission(Color(1.0f, 0.9f, 0.8f), 5.0f));
   maker.mesh("floor", {{-3, -1, 0}, {3, -1, 0}, {3, -1, -6}, {-3, -1, -6}}, {{0, 1, 2}, {0, 2, 3}}, "white");
   maker.mesh("back", {{-3, -1, -6}, {3, -1, -6}, {3, 3, -6}, {-3, 3, -6}}, {{0, 1, 2}, {0, 2, 3}}, "red");

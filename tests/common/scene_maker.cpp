@@ -67,7 +67,8 @@ SceneMaker& SceneMaker::sphere(const std::string& id, const Vec3& center, float 
   for (int ring = 0; ring <= rings; ++ring)
     for (int segment = 0; segment < segments; ++segment) {
       const double theta = M_PI * ring / rings, phi = 2 * M_PI * segment / segments;
-      positions.push_back(center + Vec3(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)) * radius);
+      positions.push_back(
+          center + Vec3(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)) * radius);
     }
   for (int ring = 0; ring < rings; ++ring)
     for (int segment = 0; segment < segments; ++segment) {

@@ -11,7 +11,8 @@ namespace lambent::test {
 /// A scene under construction. Every add function returns *this.
 class SceneMaker {
  public:
-  /// A frame of width x height pixels, a perspective camera at the origin that looks along -Z, `samples` samples, box filter.
+  /// A frame of width x height pixels, a perspective camera at the origin that looks along -Z, `samples` samples, box
+  /// filter.
   SceneMaker(int width, int height, int64_t samples);
 
   description::Settings settings;

@@ -56,8 +56,7 @@ void Kernel<profile>::add_lamps(const Ray& ray, float t_end) {
     t = hit.distance_m;
     if (bounces_.total > hit.traits->max_bounces) continue;
     const float weight = emission_weight(hit.light, ray.direction, hit.distance_m, hit.uv, *hit.traits);
-    if (weight > 0.0f)
-      add(throughput_ * scene_.light_radiance(hit, path_counts()) * weight, bounces_.total > 1);
+    if (weight > 0.0f) add(throughput_ * scene_.light_radiance(hit, path_counts()) * weight, bounces_.total > 1);
   }
 }
 
@@ -116,12 +115,11 @@ Color Kernel<profile>::visibility(const Ray& ray) {
 template <KernelProfile profile>
 void Kernel<profile>::next_event(const ShadingPoint& point, const SurfaceHit& hit, const Bsdf& bsdf,
                                  const Vec3& receiver_normal, uint32_t event_index) {
-  const LightSample light =
-      scene_.lights().sample(hit.p_world, receiver_normal, sampler_.get_1d(bounce_dimension(event_index, k_dimension_light_selection)),
-                             sampler_.get_2d(bounce_dimension(event_index, k_dimension_light_position)));
+  const LightSample light = scene_.lights().sample(
+      hit.p_world, receiver_normal, sampler_.get_1d(bounce_dimension(event_index, k_dimension_light_selection)),
+      sampler_.get_2d(bounce_dimension(event_index, k_dimension_light_position)));
   if (!light || !(light.pdf_solid_angle > 0.0f) || bounces_.total > light.traits->max_bounces) return;
-  const BsdfEval scattered =
-      bsdf.eval(point.wi_world, light.direction_world, Transport::radiance, ReversePdf::no);
+  const BsdfEval scattered = bsdf.eval(point.wi_world, light.direction_world, Transport::radiance, ReversePdf::no);
   if (is_black(scattered.f_cos)) return;
   const Color radiance = scene_.sample_radiance(light, path_counts());
   const bool hit_by_rays = !light.is_delta && light.traits->hit_by_rays;
@@ -198,15 +196,15 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
     } else {
       const bool transmission = scattered.event & k_scatter_transmission;
       const bool diffuse = scattered.event & k_scatter_diffuse;
-      if (after_diffuse_ && !diffuse &&
-          !(transmission ? settings_.caustics_refractive : settings_.caustics_reflective))
+      if (after_diffuse_ && !diffuse && !(transmission ? settings_.caustics_refractive : settings_.caustics_reflective))
         break;
       after_diffuse_ = after_diffuse_ || diffuse;
       only_transparent_ = false;
       distance_before_ = 0.0f;
     }
 
-    // Roulette on the throughput, as Cycles does: by its square root, which keeps more of what is dim but still matters.
+    // Roulette on the throughput, as Cycles does: by its square root, which keeps more of what is dim but still
+    // matters.
     if (event_index > 0) {
       const float survival = std::min(1.0f, std::sqrt(max_component(abs(throughput_))));
       if (survival < 1.0f) {
@@ -217,8 +215,8 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
 
     const float t_max = bounces_.ray_kind & k_ray_camera ? ray.t_max - geometry_hit.t : k_infinity;
     cone.width_m += cone.spread * geometry_hit.t;
-    ray = ray_from_surface(hit.p_world, hit.p_error, hit.ng_world, scattered.wo_world,
-                           bounces_.ray_kind & k_visible_all);
+    ray =
+        ray_from_surface(hit.p_world, hit.p_error, hit.ng_world, scattered.wo_world, bounces_.ray_kind & k_visible_all);
     ray.t_max = t_max;
   }
   return estimate_;

@@ -45,8 +45,8 @@ class Kernel {
                   uint32_t event_index);
   Color visibility(const Ray& ray);
   PathCounts path_counts() const {
-    return {bounces_.ray_kind,     bounces_.total,        bounces_.diffuse,
-            bounces_.glossy,       bounces_.transmission, bounces_.transparent};
+    return {bounces_.ray_kind, bounces_.total,        bounces_.diffuse,
+            bounces_.glossy,   bounces_.transmission, bounces_.transparent};
   }
 
   const Scene& scene_;
@@ -57,7 +57,8 @@ class Kernel {
   Color throughput_{1.0f};
   BounceState bounces_;
   LastScatter last_;
-  float distance_before_ = 0.0f;  ///< from the last scattering to the present ray's origin, through transparent surfaces
+  float distance_before_ =
+      0.0f;  ///< from the last scattering to the present ray's origin, through transparent surfaces
   bool only_transparent_ = true;  ///< nothing but transparent surfaces since the camera
   bool after_diffuse_ = false;
 };

@@ -7,8 +7,8 @@
 
 namespace lambent {
 
-/// Path tracing (Kajiya 1986) with multiple importance sampling (Veach 1997). One camera path a sample; unbiased unless a
-/// clamp is set.
+/// Path tracing (Kajiya 1986) with multiple importance sampling (Veach 1997). One camera path a sample; unbiased unless
+/// a clamp is set.
 std::unique_ptr<Integrator> make_path_tracer(std::shared_ptr<const Scene> scene, const IntegratorSettings& settings);
 
 }  // namespace lambent

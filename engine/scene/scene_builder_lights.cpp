@@ -1,0 +1,180 @@
+// The lights of a scene: lamps, emissive meshes, the world.
+#include <algorithm>
+#include <cmath>
+
+#include "engine/scene/convert.h"
+#include "engine/scene/scene_builder_state.h"
+#include "engine/scene/world_map.h"
+
+namespace lambent {
+
+namespace {
+
+bool uses_images(const description::Graph& graph) {
+  for (const description::Node& node : graph.nodes)
+    if (node.properties.count("image")) return true;
+  return false;
+}
+
+}  // namespace
+
+void SceneBuilder::State::add_lamps(Build& build, LightSetBuilder& set) {
+  const SceneDescription& description = build.description;
+  for (const auto& [id, object] : description.objects) {
+    if (object->light.empty()) continue;
+    const auto found = description.lights.find(object->light);
+    if (found == description.lights.end()) {
+      build.report.error("missing_light", object->name,
+                         "Object '" + object->name + "' uses light '" + object->light + "', which does not exist");
+      continue;
+    }
+    const description::Light& light = *found->second;
+    AnalyticLight lamp;
+    lamp.name = light.name;
+    switch (light.type) {
+      case description::LightType::point:
+        lamp.kind = LightKind::point;
+        break;
+      case description::LightType::spot:
+        lamp.kind = LightKind::spot;
+        break;
+      case description::LightType::sun:
+        lamp.kind = LightKind::sun;
+        break;
+      case description::LightType::area:
+        lamp.kind = LightKind::area;
+        break;
+    }
+    lamp.energy = light.color * (light.energy * std::exp2(light.exposure));
+    lamp.normalize = light.normalize;
+    lamp.radius_m = light.radius_m;
+    lamp.angle_rad = light.angle_rad;
+    lamp.spot_size_rad = light.spot_size_rad;
+    lamp.spot_blend = light.spot_blend;
+    lamp.round = light.shape == description::AreaShape::disk || light.shape == description::AreaShape::ellipse;
+    lamp.size_m = light.size_m;
+    if (light.shape == description::AreaShape::square || light.shape == description::AreaShape::disk)
+      lamp.size_m.y = lamp.size_m.x;
+    lamp.spread_rad = light.spread_rad;
+    lamp.traits.hidden_from = ~visibility_mask(object->visibility) & k_visible_all;
+    lamp.traits.shadows = light.shadows;
+    lamp.traits.hit_by_rays = light.multiple_importance;
+    lamp.traits.max_bounces = light.max_bounces;
+
+    std::shared_ptr<const Program> program;
+    if (light.graph) {
+      const auto [entry, added] = lights.try_emplace(found->second.get());
+      if (added) {
+        entry->second.source = found->second;
+        entry->second.made =
+            compile_light(shader_graph(*light.graph), light.name, resolver(build), entry->second.report);
+      }
+      build.report.append(entry->second.report);
+      program = entry->second.made;
+      const ProgramTraits& traits = program->traits();
+      lamp.program_average = traits.emission;
+      if (traits.constant_emission) {
+        lamp.energy *= traits.emission;
+        lamp.program_average = Color(1.0f);
+      } else {
+        lamp.traits.program = true;
+      }
+    }
+    for (const Transform& transform : instance_transforms(*object, build.scene->origin_shift_)) {
+      lamp.world_from_light = transform;
+      if (lamp.traits.program) {
+        lamp.traits.user = static_cast<uint32_t>(build.scene->lamp_programs_.size());
+        build.scene->lamp_programs_.push_back({program, transform, transform.inverse()});
+      }
+      set.add(lamp);
+      build.scene->profile_.lamps = true;
+    }
+  }
+}
+
+void SceneBuilder::State::add_emissive_meshes(Build& build, LightSetBuilder& set) {
+  Scene& scene = *build.scene;
+  for (SurfaceBinding& binding : scene.bindings_) binding.samples_emission = binding.program->traits().emits;
+  for (size_t i = 0; i < build.mesh_objects.size(); ++i) {
+    const GeometryObject& object = build.geometry_objects[i];
+    const uint32_t first_instance = scene.geometry_->first_instance(static_cast<uint32_t>(i));
+    const uint32_t slots = scene.instances_[first_instance].slots;
+    const uint32_t first_binding = build.first_bindings[i];
+    bool any = false;
+    for (uint32_t slot = 0; slot < slots; ++slot) any = any || scene.bindings_[first_binding + slot].samples_emission;
+    if (!any) continue;
+    scene.profile_.emissive_meshes = true;
+    std::vector<uint32_t> emissions(slots, 0);
+    for (uint32_t slot = 0; slot < slots; ++slot) {
+      const ProgramTraits& traits = scene.bindings_[first_binding + slot].program->traits();
+      if (!traits.emits) continue;
+      SurfaceEmission emission;
+      emission.radiance = traits.emission;
+      emission.traits.program = !traits.constant_emission;
+      emission.traits.hidden_from = ~object.visibility & k_visible_all;
+      emissions[slot] = set.add_emission(emission);
+    }
+    for (size_t k = 0; k < object.world_from_object.size(); ++k) {
+      if (build.cancel.cancelled()) return;
+      const uint32_t instance = first_instance + static_cast<uint32_t>(k);
+      if (!scene.geometry_->instance(instance).mesh) continue;  // dropped and reported by the geometry
+      std::vector<EmissiveTriangle> triangles;
+      for (uint32_t t = 0; t < object.mesh->triangle_count(); ++t) {
+        const uint32_t slot = std::min(object.mesh->material_slot(t), slots - 1);
+        if (!scene.bindings_[first_binding + slot].samples_emission) continue;
+        const Triangle corners = scene.geometry_->triangle_world(instance, t);
+        triangles.push_back({corners[0], corners[1], corners[2], t, emissions[slot], 1.0f});
+      }
+      set.add_mesh(instance, object.name, std::move(triangles));
+    }
+  }
+}
+
+void SceneBuilder::State::add_world(Build& build, LightSetBuilder& set) {
+  const std::string& id = build.description.settings->world;
+  if (id.empty()) return;
+  const auto found = build.description.worlds.find(id);
+  if (found == build.description.worlds.end()) {
+    build.report.error("missing_world", id, "The settings name world '" + id + "', which does not exist: black");
+    return;
+  }
+  const auto [entry, added] = worlds.try_emplace(found->second.get());
+  if (added) {
+    entry->second.source = found->second;
+    entry->second.made =
+        compile_world(shader_graph(found->second->graph), found->second->name, resolver(build), entry->second.report);
+  }
+  build.report.append(entry->second.report);
+  const std::shared_ptr<const Program>& program = entry->second.made;
+  if (!program->traits().emits) return;
+  build.scene->world_ = program;
+  build.scene->profile_.environment = true;
+  EnvironmentLight light;
+  if (program->traits().constant_emission) {
+    light.radiance = program->traits().emission;
+  } else {
+    if (world_map.first != program) {
+      int height = found->second->importance_resolution;
+      if (height <= 0) height = uses_images(found->second->graph) ? 1024 : 256;
+      EnvironmentLight map = world_importance_map(*program, textures.get(), std::min(height, 8192), build.cancel);
+      if (build.cancel.cancelled()) return;
+      world_map = {program, std::move(map)};
+    }
+    light = world_map.second;
+    light.traits.program = true;
+  }
+  light.traits.hidden_from = ~visibility_mask(found->second->visibility) & k_visible_all;
+  set.set_environment(std::move(light));
+}
+
+void SceneBuilder::State::build_lights(Build& build) {
+  LightSetBuilder set;
+  set.set_scene_bounds(build.scene->geometry_->bounds_world());
+  add_lamps(build, set);
+  add_emissive_meshes(build, set);
+  add_world(build, set);
+  if (build.cancel.cancelled()) return;
+  build.scene->lights_ = set.build(build.report);
+}
+
+}  // namespace lambent

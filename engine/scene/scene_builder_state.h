@@ -1,0 +1,71 @@
+// What a SceneBuilder keeps between builds, and one build's work in progress. Private to scene/.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "engine/scene/scene_builder.h"
+#include "engine/shading/graph.h"
+
+namespace lambent {
+
+using description::SceneDescription;
+
+/// What was made from one immutable datablock, with the messages of making it (repeated in every build that uses it).
+template <typename Source, typename Made>
+struct Cached {
+  std::shared_ptr<const Source> source;  ///< kept, so that its address is not used again
+  Made made;
+  Report report;
+};
+template <typename Source, typename Made>
+using Cache = std::unordered_map<const Source*, Cached<Source, Made>>;
+
+struct SceneBuilder::State {
+  SceneBuilderOptions options;
+  std::shared_ptr<TextureSystem> textures;
+  std::string ocio_config;
+  Cache<description::Mesh, std::shared_ptr<const TriangleMesh>> meshes;
+  Cache<description::Image, TextureHandle> images;
+  description::Table<description::Image> image_table;  ///< that the programs below were compiled with
+  Cache<description::Material, std::shared_ptr<const Program>> materials;
+  Cache<description::World, std::shared_ptr<const Program>> worlds;
+  Cache<description::Light, std::shared_ptr<const Program>> lights;
+  std::pair<std::shared_ptr<const Program>, EnvironmentLight> world_map;  ///< the last world's importance map
+  GeometryBuilder geometry;
+
+  /// One build: what it makes and reads.
+  struct Build {
+    const SceneDescription& description;
+    const CancelFlag& cancel;
+    Report& report;
+    std::shared_ptr<Scene> scene;
+    /// Objects that have a usable mesh, in the order of GeometryObject.
+    std::vector<std::pair<const description::Object*, uint32_t>> mesh_objects;  ///< and number among all objects
+    std::vector<GeometryObject> geometry_objects;
+    std::vector<uint32_t> first_bindings;  ///< by geometry object
+  };
+
+  void prepare_textures(const SceneDescription& description);
+  void load_images(Build& build);
+  TextureHandle image(Build& build, const std::string& id);
+  std::shared_ptr<const Program> material(Build& build, const std::string& id, const std::string& object);
+  std::shared_ptr<const TriangleMesh> mesh(Build& build, const std::shared_ptr<const description::Mesh>& source);
+  bool collect_meshes(Build& build);
+  void place_objects(Build& build);
+  uint32_t bind_materials(Build& build, const description::Object& object, const TriangleMesh& mesh);
+  void add_instances(Build& build);
+  void build_lights(Build& build);
+  void add_lamps(Build& build, LightSetBuilder& lights);
+  void add_emissive_meshes(Build& build, LightSetBuilder& lights);
+  void add_world(Build& build, LightSetBuilder& lights);
+  void find_profile(Build& build);
+  ImageResolver resolver(Build& build) {
+    return [this, &build](const std::string& id) { return image(build, id); };
+  }
+};
+
+}  // namespace lambent

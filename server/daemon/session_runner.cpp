@@ -1,0 +1,227 @@
+// The I/O thread's side: cancelling, streaming, progress. The worker's side is session_worker.cpp.
+#include "server/daemon/session_runner.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "engine/base/log.h"
+#include "server/daemon/session_messages.h"
+
+namespace lambent {
+namespace {
+
+/// Tiles are taken from the session only while less than this waits in the connection, so that what a slow client gets
+/// is new.
+constexpr uint64_t k_tile_room_bytes = uint64_t(4) << 20;
+constexpr size_t k_tiles_at_once = 16;
+constexpr std::chrono::milliseconds k_progress_interval{100};
+
+}  // namespace
+
+SessionRunner::SessionRunner(EventLoop& loop, std::shared_ptr<Engine> engine, protocol::Limits limits, std::string name,
+                             std::weak_ptr<RunnerOutput> output, std::function<void()> finished)
+    : loop_(loop),
+      engine_(std::move(engine)),
+      limits_(limits),
+      name_(std::move(name)),
+      output_(std::move(output)),
+      finished_(std::move(finished)) {}
+
+SessionRunner::~SessionRunner() { join(); }
+
+std::shared_ptr<SessionRunner> SessionRunner::start(EventLoop& loop, std::shared_ptr<Engine> engine,
+                                                    protocol::Limits limits, std::string name,
+                                                    std::weak_ptr<RunnerOutput> output,
+                                                    std::function<void()> finished) {
+  const std::shared_ptr<SessionRunner> runner(
+      new SessionRunner(loop, std::move(engine), limits, std::move(name), std::move(output), std::move(finished)));
+  runner->worker_ = std::thread([runner = runner.get()] { runner->run(); });
+  return runner;
+}
+
+void SessionRunner::join() {
+  if (worker_.joinable()) worker_.join();
+}
+
+void SessionRunner::enqueue(Work work) {
+  const std::lock_guard lock(queue_mutex_);
+  queue_.push_back(std::move(work));
+  queue_changed_.notify_one();
+}
+
+size_t SessionRunner::queued() const {
+  const std::lock_guard lock(queue_mutex_);
+  return queue_.size();
+}
+
+void SessionRunner::start_render(int64_t epoch) {
+  if (epoch <= newest_start_) {
+    if (const auto output = output_.lock())
+      output->send(message_of(protocol::error(
+          "epoch",
+          fmt::format("The render of epoch {} was not started: epochs increase, and {} was started before.", epoch,
+                      newest_start_),
+          false, epoch)));
+    return;
+  }
+  newest_start_ = epoch;
+  queued_starts_.insert(epoch);
+  enqueue({protocol::ClientMessage(protocol::RenderStart{epoch}), nullptr, nullptr, {}});
+}
+
+void SessionRunner::cancel(int64_t epoch) {
+  int64_t started = -1;
+  {
+    const std::lock_guard lock(epochs_mutex_);
+    cancelled_through_ = std::max(cancelled_through_, epoch);
+    started = started_epoch_;
+    if (started <= epoch) cancel_wanted_ = true;
+  }
+  // Those that wait behind other work are answered now; the worker will skip them.
+  while (!queued_starts_.empty() && *queued_starts_.begin() <= epoch) {
+    const int64_t queued = *queued_starts_.begin();
+    queued_starts_.erase(queued_starts_.begin());
+    if (queued > started) answer_cancelled(queued);
+  }
+  service();
+}
+
+void SessionRunner::answer_cancelled(int64_t epoch) {
+  RenderOutcome outcome;
+  outcome.epoch = epoch;
+  outcome.status = RenderStatus::cancelled;
+  outcome.message = "Cancelled before it began.";
+  if (const auto output = output_.lock()) output->send(render_done_message(outcome));
+}
+
+void SessionRunner::add_credit(int64_t tiles) {
+  credits_ = std::min(limits_.tile_credits, credits_ + std::min(tiles, limits_.tile_credits));
+  service();
+}
+
+void SessionRunner::service() {
+  if (retired_) return;
+  bool drained = false;
+  size_t known_outcomes = 0;
+  {
+    const std::unique_lock gate(gate_, std::try_to_lock);
+    if (!gate || !session_) return;  // the worker posts service() when it leaves the gate
+    bool cancel_now = false;
+    {
+      const std::lock_guard lock(epochs_mutex_);
+      cancel_now = std::exchange(cancel_wanted_, false) && started_epoch_ >= 0 && started_epoch_ <= cancelled_through_;
+      // One that comes while tiles are being taken may follow tiles that were not there yet.
+      known_outcomes = outcomes_.size();
+    }
+    if (cancel_now) session_->cancel();
+    drained = send_tiles(known_outcomes > 0);
+  }
+  send_outcomes(known_outcomes, drained);
+  schedule_progress();
+}
+
+/// Inside the gate. Sends tiles as far as credit and room allow; true if the session has no more.
+bool SessionRunner::send_tiles(bool outcome_waits) {
+  const auto output = output_.lock();
+  if (!output) return false;
+  int64_t epoch = -1;
+  {
+    const std::lock_guard lock(epochs_mutex_);
+    epoch = started_epoch_;
+  }
+  for (;;) {
+    while (!held_tiles_.empty() && (credits_ > 0 || held_tiles_.front().epoch < epoch)) {
+      if (output->pending_bytes() >= k_tile_room_bytes) return false;
+      TileSnapshot tile = std::move(held_tiles_.front());
+      held_tiles_.pop_front();
+      if (tile.epoch < epoch) continue;  // of a render that was superseded
+      --credits_;
+      output->send(tile_message(std::move(tile)));
+    }
+    if (!held_tiles_.empty() || output->pending_bytes() >= k_tile_room_bytes) return false;
+    // Without credit one tile is taken only to learn whether the end of the render may be told.
+    if (credits_ == 0 && !outcome_waits) return false;
+    const size_t limit = std::clamp<int64_t>(credits_, 1, k_tiles_at_once);
+    std::vector<TileSnapshot> tiles = session_->take_tiles(limit);
+    if (tiles.empty()) return true;
+    std::move(tiles.begin(), tiles.end(), std::back_inserter(held_tiles_));
+  }
+}
+
+/// `render_done` follows the last final tile; that of a superseded render has none to wait for.
+void SessionRunner::send_outcomes(size_t known, bool drained) {
+  std::vector<RenderOutcome> ready;
+  {
+    const std::lock_guard lock(epochs_mutex_);
+    for (size_t i = 0; i < known;) {
+      RenderOutcome& outcome = outcomes_[i];
+      if (outcome.epoch >= started_epoch_ && !drained) {
+        ++i;
+        continue;
+      }
+      finished_epoch_ = std::max(finished_epoch_, outcome.epoch);
+      ready.push_back(std::move(outcome));
+      outcomes_.erase(outcomes_.begin() + static_cast<std::ptrdiff_t>(i));
+      --known;
+    }
+  }
+  const auto output = output_.lock();
+  for (const RenderOutcome& outcome : ready) {
+    static constexpr const char* k_names[] = {"finished", "was cancelled", "failed"};
+    const Statistics& s = outcome.statistics;
+    spdlog::info(
+        "{}: render {} {}: {} samples, {} triangles, {} emitters; update {:.3f} s, build {:.3f} s, render {:.3f} s, "
+        "first tile {:.3f} s, {} rays{}{}",
+        name_, outcome.epoch, k_names[size_t(outcome.status)], outcome.samples, s.triangles, s.emitters, s.update_s,
+        s.build_s, s.render_s, s.first_tile_s, s.rays, outcome.message.empty() ? "" : "; ", outcome.message);
+    if (output) output->send(render_done_message(outcome));
+  }
+}
+
+void SessionRunner::schedule_progress() {
+  if (progress_scheduled_ || retired_) return;
+  progress_scheduled_ = true;
+  loop_.after(k_progress_interval, [weak = weak_from_this()] {
+    const auto self = weak.lock();
+    if (!self || self->retired_) return;
+    self->progress_scheduled_ = false;
+    self->send_progress();
+  });
+}
+
+void SessionRunner::send_progress() {
+  const auto output = output_.lock();
+  if (!output) return;
+  bool rendering = false;
+  {
+    const std::lock_guard lock(epochs_mutex_);
+    rendering = started_epoch_ > finished_epoch_;
+  }
+  if (!rendering) return;  // service() schedules it again when something happens
+  Progress progress;
+  {
+    const std::unique_lock gate(gate_, std::try_to_lock);
+    if (!gate || !session_) {
+      schedule_progress();
+      return;
+    }
+    progress = session_->progress();
+  }
+  if (progress.stage != Stage::idle && output->pending_bytes() < k_tile_room_bytes)
+    output->send(progress_message(progress));
+  schedule_progress();
+}
+
+void SessionRunner::retire() {
+  if (retired_.exchange(true)) return;
+  {
+    const std::unique_lock gate(gate_, std::try_to_lock);
+    if (gate && session_) session_->cancel();  // otherwise the worker does it when it leaves the gate
+  }
+  const std::lock_guard lock(queue_mutex_);
+  queue_.clear();
+  queue_changed_.notify_one();
+}
+
+}  // namespace lambent

@@ -59,10 +59,11 @@ struct CameraPdf {
   bool valid = false;          ///< the ray passes the lens opening, points forwards and crosses a raster position
   bool delta_lens = true;      ///< pinhole (perspective) or parallel rays (orthographic): see below
   Vec2 raster_px{0.0f, 0.0f};  ///< may lie outside the frame
-  float pdf_lens_area = 0.0f;  ///< of the origin on the lens, m⁻²; 1 (discrete) for a pinhole; for orthographic cameras
-                               ///< without lens the density of the origin on the image plane, px² m⁻²
-  float pdf_direction_solid_angle =
-      0.0f;                 ///< of the direction given the origin, px² sr⁻¹; 1 (discrete) for parallel rays
+  /// Of the origin on the lens, m⁻²; 1 (discrete) for a pinhole; for orthographic cameras of the origin on the image
+  /// plane, px² m⁻².
+  float pdf_lens_area = 0.0f;
+  /// Of the direction given the origin, px² sr⁻¹; orthographic: sr⁻¹, or 1 (discrete) for parallel rays.
+  float pdf_direction_solid_angle = 0.0f;
   float importance = 0.0f;  ///< We: px² m⁻² sr⁻¹, or without the measure of a delta part;
                             ///< We · cos = pdf_lens_area · pdf_direction_solid_angle
   float cos_lens = 0.0f;    ///< between direction and optical axis
@@ -131,10 +132,11 @@ class Camera {
   int width_px_ = 0, height_px_ = 0;
   Vec2 plane_min_{0.0f, 0.0f}, plane_per_px_{1.0f, 1.0f};
   float px2_per_plane_ = 1.0f;  ///< raster area per image-plane area
+  float volume_ = 1.0f;         ///< determinant of the axes: 1 unless sheared
+  float base_ = 1.0f;           ///< area that the x and y axes span: 1 unless sheared
   float near_ = 0.0f, far_ = 0.0f;
   float lens_radius_ = 0.0f, focus_ = 0.0f;
   Aperture aperture_;
-  float pixel_width_ = 0.0f;  ///< pixel extent on the image plane
 };
 
 }  // namespace lambent

@@ -172,6 +172,13 @@ Vec2 SphericalTriangle::invert(const Vec2& barycentric) const {
 // --- Spherical rectangle
 // ----------------------------------------------------------------------------------------------
 
+namespace {
+
+/// x / |(x, z)|. In double no float can overflow or underflow here.
+double sine_beside(double x, double z) { return x / std::sqrt(x * x + z * z); }
+
+}  // namespace
+
 SphericalRectangle::SphericalRectangle(const Vec3& p, const Vec3& corner, const Vec3& edge_u, const Vec3& edge_v) {
   const float width = length(edge_u), height = length(edge_v);
   if (!(width > 0.0f) || !(height > 0.0f)) return;
@@ -183,9 +190,8 @@ SphericalRectangle::SphericalRectangle(const Vec3& p, const Vec3& corner, const 
   y1_ = y0_ + height;
   if (z0_ == 0.0f) return;
   // Ureña et al. 2013, section 4: z components of the normals of the four side planes, and the angles between those.
-  const double z = z0_, xs[2] = {x0_, x1_}, ys[2] = {y0_, y1_};
-  const double n0 = -ys[0] / std::hypot(z, ys[0]), n1 = xs[1] / std::hypot(z, xs[1]);
-  const double n2 = ys[1] / std::hypot(z, ys[1]), n3 = -xs[0] / std::hypot(z, xs[0]);
+  const double n0 = -sine_beside(y0_, z0_), n1 = sine_beside(x1_, z0_);
+  const double n2 = sine_beside(y1_, z0_), n3 = -sine_beside(x0_, z0_);
   const double g0 = std::acos(-n0 * n1), g1 = std::acos(-n1 * n2), g2 = std::acos(-n2 * n3), g3 = std::acos(-n3 * n0);
   b0_ = n0;
   b1_ = n2;
@@ -225,7 +231,7 @@ Vec2 SphericalRectangle::invert(const Vec2& st) const {
   const double z = z0_, x0 = x0_, y0 = y0_, y1 = y1_;
   const double x = lerp(x0_, x1_, st.x), y = lerp(y0_, y1_, st.y);
   // Solid angle of the part of the rectangle left of x: the same construction with x1 = x.
-  const double n0 = b0_, n2 = b1_, n1 = x / std::hypot(z, x), n3 = -x0 / std::hypot(z, x0);
+  const double n0 = b0_, n2 = b1_, n1 = sine_beside(x, z), n3 = -sine_beside(x0, z);
   const double part =
       std::acos(-n0 * n1) + std::acos(-n1 * n2) + std::acos(-n2 * n3) + std::acos(-n3 * n0) - 2.0 * std::numbers::pi;
   const double d_squared = x * x + z * z;

@@ -177,14 +177,14 @@ def milestones(lines, seed):
     return sampling, pixels
 
 
-def render(scene, engine, seeds, samples, width, folder, height=None, blender=None, settings=None, timeout_s=3600):
+def render(scene, engine, seeds, samples, width, folder, blender=None, relight=False, settings=None, timeout_s=3600):
     """Renders a .blend with one engine, once a seed, in one run of Blender; returns the Run. Pictures, job and log stay
-    in `folder`."""
+    in `folder`. The arguments are those of the job that render_job.py describes."""
     folder.mkdir(parents=True, exist_ok=True)
     prefix = str(folder / f"{engine.lower()}_")
     job = {
-        "engine": engine, "daemon": str(build_dir() / "bin" / "lambentd"), "width": width, "height": height,
-        "samples": samples, "seeds": list(seeds), "out": prefix, "settings": settings or {},
+        "engine": engine, "daemon": str(build_dir() / "bin" / "lambentd"), "width": width, "height": None,
+        "samples": samples, "seeds": list(seeds), "out": prefix, "relight": relight, "settings": settings or {},
     }  # fmt: skip
     job_file = folder / f"{engine.lower()}_job.json"
     job_file.write_text(json.dumps(job), encoding="utf-8")

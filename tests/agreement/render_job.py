@@ -5,7 +5,7 @@ comparable.
     blender -b --factory-startup SCENE.blend --python-exit-code 1 --python render_job.py -- JOB.json
 
 JOB.json: {"engine": "CYCLES" | "LAMBENT", "daemon": path, "width": px, "height": px or null (as the scene's aspect),
-"samples": n, "seeds": [n..], "out": prefix, "settings": {name: value}}. Writes PREFIX<seed>.exr (float32 RGBA, scene-linear)
+"samples": n, "seeds": [n..], "out": prefix, "relight": bool, "settings": {name: value of the engine's}}. Writes PREFIX<seed>.exr (float32 RGBA, scene-linear)
 for each seed and PREFIXresult.json: {"blender": version, "size": [w, h], "seconds": [wall time of each render]}. Prints
 `render_job: start SEED` before each render.
 
@@ -76,6 +76,28 @@ def assign(group, values):
             setattr(group, name, value)
 
 
+def relight(scene):
+    """Gives a scene made for another engine, black in Cycles, matte materials, a sky and a sun, so that its camera and
+    its objects can be compared."""
+    for index, material in enumerate(bpy.data.materials):
+        material.use_nodes = True
+        nodes = material.node_tree.nodes
+        nodes.clear()
+        diffuse = nodes.new("ShaderNodeBsdfDiffuse")
+        diffuse.inputs["Color"].default_value = (0.3 + 0.1 * (index % 5), 0.5, 0.7 - 0.1 * (index % 5), 1.0)
+        material.node_tree.links.new(diffuse.outputs[0], nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
+    world = bpy.data.worlds.new("Relit")
+    world.use_nodes = True
+    background = next(node for node in world.node_tree.nodes if node.bl_idname == "ShaderNodeBackground")
+    background.inputs["Color"].default_value = (0.3, 0.4, 0.6, 1.0)
+    scene.world = world
+    sun = bpy.data.lights.new("Relit", "SUN")
+    sun.energy, sun.angle = 2.0, 0.1
+    placed = bpy.data.objects.new("Relit", sun)
+    placed.rotation_euler = (0.7, 0.3, 0.4)
+    scene.collection.objects.link(placed)
+
+
 def prepare(scene, job):
     """Gives the scene the job's size, engine and sampling, for either engine alike."""
     render = scene.render
@@ -88,6 +110,8 @@ def prepare(scene, job):
         layer.use = False
     scene.view_layers[0].use = True
 
+    if job["relight"]:
+        relight(scene)
     assign(scene.cycles, k_cycles)
     if scene.world:
         scene.world.light_settings.use_ambient_occlusion = False

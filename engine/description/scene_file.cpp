@@ -10,7 +10,7 @@
 #include <new>
 #include <unordered_map>
 
-#include "engine/description/atomic_file.h"
+#include "engine/base/atomic_file.h"
 #include "engine/description/frame.h"
 #include "engine/description/json_codec.h"
 

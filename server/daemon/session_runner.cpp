@@ -14,7 +14,7 @@ namespace {
 /// Tiles are taken from the session only while less than this waits in the connection, so that what a slow client gets
 /// is new.
 constexpr uint64_t k_tile_room_bytes = uint64_t(4) << 20;
-constexpr size_t k_tiles_at_once = 16;
+constexpr int64_t k_tiles_at_once = 8;
 constexpr std::chrono::milliseconds k_progress_interval{100};
 
 }  // namespace
@@ -132,7 +132,6 @@ bool SessionRunner::send_tiles(bool outcome_waits) {
   }
   for (;;) {
     while (!held_tiles_.empty() && (credits_ > 0 || held_tiles_.front().epoch < epoch)) {
-      if (output->pending_bytes() >= k_tile_room_bytes) return false;
       TileSnapshot tile = std::move(held_tiles_.front());
       held_tiles_.pop_front();
       if (tile.epoch < epoch) continue;  // of a render that was superseded
@@ -142,7 +141,7 @@ bool SessionRunner::send_tiles(bool outcome_waits) {
     if (!held_tiles_.empty() || output->pending_bytes() >= k_tile_room_bytes) return false;
     // Without credit one tile is taken only to learn whether the end of the render may be told.
     if (credits_ == 0 && !outcome_waits) return false;
-    const size_t limit = std::clamp<int64_t>(credits_, 1, k_tiles_at_once);
+    const size_t limit = static_cast<size_t>(std::clamp<int64_t>(credits_, 1, k_tiles_at_once));
     std::vector<TileSnapshot> tiles = session_->take_tiles(limit);
     if (tiles.empty()) return true;
     std::move(tiles.begin(), tiles.end(), std::back_inserter(held_tiles_));

@@ -1,4 +1,4 @@
-#include "engine/description/atomic_file.h"
+#include "engine/base/atomic_file.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>

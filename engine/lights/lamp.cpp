@@ -115,9 +115,11 @@ float Lamp::spot_attenuation(float cos_angle) const {
   return t < smooth_ ? cos_angle * smoothstep(t / smooth_) : cos_angle;
 }
 
-float Lamp::spread_attenuation(float cos_angle) const {
+float Lamp::spread_attenuation(const Vec3& direction) const {
   if (tan_spread_ == 0.0f) return 1.0f;
-  const float tan_angle = safe_sqrt(1.0f - cos_angle * cos_angle) / cos_angle;
+  // The tangent from the part across the normal: 1 - cos² would lose the narrow spreads' digits.
+  const float along = dot(direction, frame_.n);
+  const float tan_angle = length(direction - frame_.n * along) / std::fabs(along);
   return std::max((1.0f - tan_spread_ * tan_angle) * spread_norm_, 0.0f);
 }
 
@@ -234,7 +236,7 @@ LampSample Lamp::sample(const Vec3& p, const Vec2& u) const {
     if (!(cos_light > 0.0f)) return {};
     if (by_ellipse) sample.pdf_solid_angle = sqr(sample.distance) / (cos_light * area_);
     sample.uv = {along_v + 0.5f, -along_u - along_v};
-    sample.radiance = radiance_ * spread_attenuation(cos_light);
+    sample.radiance = radiance_ * spread_attenuation(sample.direction);
     return sample;
   }
   const float d = length(to_center);
@@ -302,7 +304,7 @@ bool Lamp::intersect(const Vec3& origin, const Vec3& direction, float t_min, flo
       return false;
     hit.uv = {along_v + 0.5f, -along_u - along_v};
     hit.n_light_world = frame_.n;
-    hit.radiance = radiance_ * spread_attenuation(cos_light);
+    hit.radiance = radiance_ * spread_attenuation(direction);
   } else {
     const float d = length(to_center);
     const float cos_angle = dot(direction, to_center) / d;
@@ -373,7 +375,7 @@ bool Lamp::sample_emission(const Vec2& u_position, const Vec2& u_direction, cons
     sample.n_light_world = frame_.n;
     sample.uv = {d.y + 0.5f, -d.x - d.y};
     sample.cos_light = cos_axis;
-    sample.radiance = radiance_ * spread_attenuation(cos_axis);
+    sample.radiance = radiance_ * spread_attenuation(w);
     return cos_axis > 0.0f && pdf.pdf_direction_solid_angle > 0.0f;
   }
   sample.p_light_world = center_;

@@ -64,7 +64,7 @@ class Lamp {
 
  private:
   float spot_attenuation(float cos_angle) const;
-  float spread_attenuation(float cos_angle) const;
+  float spread_attenuation(const Vec3& direction) const;
   bool lit_rectangle(const Vec3& p, Vec3& corner, Vec3& edge_u, Vec3& edge_v) const;
 
   LightKind kind_ = LightKind::point;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "engine/base/frame.h"
@@ -36,11 +37,15 @@ class Lamp {
   LightKind kind() const { return kind_; }
   bool is_delta() const { return is_delta_; }
   bool is_infinite() const { return kind_ == LightKind::sun; }
+  /// False if energy per area exceeds what a float holds.
+  bool has_finite_radiance() const { return is_finite(radiance_ * spread_norm_); }
   const LightTraits& traits() const { return traits_; }
   /// For the light tree (finite lamps). Intensity is the largest in any direction, by luminance.
   LightCluster cluster() const;
   /// Luminance of the irradiance on a facing surface (sun).
   double irradiance() const;
+  /// Largest cosine between a receiver's normal and a direction to the sun's disk, 0 if it lies below the horizon.
+  float largest_cos(const Vec3& n) const;
   Bounds3 bounds() const;
 
   /// Point on the lamp for a receiver at p.
@@ -59,7 +64,7 @@ class Lamp {
 
  private:
   float spot_attenuation(float cos_angle) const;
-  float spread_attenuation(float cos_angle) const;
+  float spread_attenuation(const Vec3& direction) const;
   bool lit_rectangle(const Vec3& p, Vec3& corner, Vec3& edge_u, Vec3& edge_v) const;
 
   LightKind kind_ = LightKind::point;
@@ -72,7 +77,7 @@ class Lamp {
   Vec3 edge_u_{0.0f}, edge_v_{0.0f};        ///< area: whole width and height
   float area_ = 0.0f, tan_spread_ = 0.0f, spread_norm_ = 1.0f;  ///< area lamp
   float one_minus_cos_ = 0.0f;                                  ///< sun: of the half angle
-  Color intensity_estimate_{0.0f};
+  float cluster_scale_ = 1.0f;                                  ///< luminance of the program's average
   LightTraits traits_;
 };
 
@@ -85,15 +90,56 @@ class LampBvh {
 
   bool empty() const { return order_.empty(); }
   size_t bytes() const { return order_.capacity() * sizeof(order_[0]) + nodes_.capacity() * sizeof(Node); }
-  LightHit intersect(std::span<const Lamp> lamps, const Vec3& origin, const Vec3& direction, float t_min, float t_max,
-                     uint32_t ray_kinds) const;
+
+  /// Calls visit(LightHit&&) for every lamp that the ray meets in (t_min, t_max); visit returns the t_max to go on
+  /// with.
+  template <typename Visit>
+  void traverse(std::span<const Lamp> lamps, const Vec3& origin, const Vec3& direction, float t_min, float t_max,
+                uint32_t ray_kinds, Visit&& visit) const {
+    if (nodes_.empty()) return;
+    const Vec3 inverse(1.0f / direction.x, 1.0f / direction.y, 1.0f / direction.z);
+    uint32_t stack[k_max_depth];
+    int depth = 0;
+    stack[depth++] = 0;
+    while (depth > 0) {
+      const Node& node = nodes_[stack[--depth]];
+      if (!meets(node.bounds, origin, inverse, t_min, t_max)) continue;
+      if (node.count == 0) {
+        stack[depth++] = node.first;
+        stack[depth++] = node.first + 1;
+        continue;
+      }
+      for (uint32_t i = node.first; i < node.first + node.count; ++i) {
+        const Lamp& lamp = lamps[order_[i]];
+        LightHit hit;
+        if ((lamp.traits().hidden_from & ray_kinds) || !lamp.intersect(origin, direction, t_min, t_max, hit)) continue;
+        hit.light = order_[i];
+        hit.traits = &lamp.traits();
+        t_max = visit(std::move(hit));
+      }
+    }
+  }
 
  private:
+  static constexpr int k_max_depth = 64;  // median splits: depth is the logarithm of the number of lamps
+
   struct Node {
     Bounds3 bounds;
     uint32_t first = 0;  ///< leaf: position in order_; inner: left child, the right one follows
     uint32_t count = 0;  ///< 0: inner
   };
+  static bool meets(const Bounds3& box, const Vec3& origin, const Vec3& inverse, float t_min, float t_max) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const float a = (box.min[axis] - origin[axis]) * inverse[axis],
+                  b = (box.max[axis] - origin[axis]) * inverse[axis];
+      // Written so that a NaN (0 · infinity, a ray within a slab's face) does not reject.
+      t_min = std::min(a, b) > t_min ? std::min(a, b) : t_min;
+      t_max = std::max(a, b) < t_max ? std::max(a, b) : t_max;
+    }
+    return !(t_min > t_max * (1.0f + 1e-6f));
+  }
+  void build(std::span<const Lamp> lamps, uint32_t node, uint32_t first, uint32_t count);
+
   std::vector<LightIndex> order_;
   std::vector<Node> nodes_;
 };

@@ -26,9 +26,10 @@ struct LightTraits {
       0;  ///< ray kinds (the caller's bits) that do not see the light: it is not hit by rays of any of these kinds
   bool program =
       false;  ///< radiance must be multiplied by (analytic) or replaced by (triangle, environment) the emission program
-  bool shadows = true;      ///< false: connections are not occluded
-  bool hit_by_rays = true;  ///< false ("multiple importance" off): only sampling finds it, so its MIS weight is 1
-  int max_bounces = 1024;   ///< deeper paths do not see it
+  bool shadows = true;  ///< false: connections are not occluded
+  /// False ("multiple importance" off): no ray hits it, not even from the camera; its MIS weight when sampled is 1.
+  bool hit_by_rays = true;
+  int max_bounces = 1024;  ///< deeper paths do not see it
 };
 
 /// A lamp as Blender describes it and Cycles 3.4.1 renders it.
@@ -37,9 +38,11 @@ struct AnalyticLight {
   LightKind kind = LightKind::point;  ///< point, spot, sun or area
   Transform world_from_light;         ///< shines along -Z. Scale matters for area lights alone
   Color energy{10.0f};                ///< colour × energy × 2^exposure, W; sun: W/m². May be negative or zero
-  bool normalize = true;              ///< false (Blender 4.5 and later): energy is not divided by the light's area
-  float radius_m = 0.0f;              ///< point, spot
-  float angle_rad = 0.0f;             ///< sun: whole angle of the disk
+  /// False (Blender 4.5 and later): energy is not divided by the lamp's area, so radiance is multiplied by 4 pi r²
+  /// (point and spot; 4 without radius), pi sin²(angle / 2) (sun; 1 without angle) or width x height.
+  bool normalize = true;
+  float radius_m = 0.0f;                               ///< point, spot
+  float angle_rad = 0.0f;                              ///< sun: whole angle of the disk
   float spot_size_rad = k_pi / 4, spot_blend = 0.15f;  ///< whole cone angle; share of it that fades
   bool round = false;                                  ///< area: ellipse inscribed in the rectangle
   Vec2 size_m{1.0f, 1.0f};                             ///< area: width and height (squares and disks: both the same)

@@ -60,6 +60,18 @@ class LightSet {
   // --- Lights as things that rays hit
   // ----------------------------------------------------------------------------------
 
+  /// Calls visit(const LightHit&) for every lamp with a size that the ray meets in (t_min, t_max) on its emitting side,
+  /// in no particular order. As in Cycles, lamps do not block light: a ray that ends on a surface (or leaves the scene)
+  /// collects all lamps before it. Arguments as for intersect().
+  template <typename Visit>
+  void for_each_lamp(const Vec3& origin_world, const Vec3& direction_world, float t_min, float t_max,
+                     uint32_t ray_kinds, Visit&& visit) const {
+    lamp_bvh_.traverse(lamps_, origin_world, direction_world, t_min, t_max, ray_kinds, [&](const LightHit& hit) {
+      visit(hit);
+      return t_max;
+    });
+  }
+
   /// Nearest lamp with a size that the ray meets in (t_min, t_max) on its emitting side. `ray_kinds`: the ray's bits,
   /// see LightTraits::hidden_from. Point and spot lamps are disks that face `origin` (as in Cycles 3.4), so pass the
   /// path vertex as origin also when going on behind a transparent surface. O(log lamps).
@@ -119,14 +131,21 @@ class LightSet {
     LightIndex light = k_no_light;
     float prob = 0.0f;
   };
-  static constexpr int k_max_stack_groups = 16;
+  struct Groups;
+  static constexpr float k_largest_importance = 1e30f;
 
   size_t group_count() const { return infinite_sampled_.size() + (tree_.empty() ? 0 : 1); }
   bool is_triangle(LightIndex light) const { return light >= first_triangle_ && light < environment_; }
-  Selection select(const Vec3& p, const Vec3& n, float u) const;
-  float infinite_importance(LightIndex light, const Vec3& n) const;
+  // The tree's emitters have the lights' own numbers.
+  static LightIndex light_of_emitter(uint32_t emitter) { return emitter; }
+  static uint32_t emitter_of_light(LightIndex light) { return light; }
+  Groups weigh_groups(const Vec3& p, const Vec3& n) const;
+  Selection select(const Vec3& p, const Vec3& n, double u) const;
+  float infinite_importance(size_t i, const Vec3& n) const;
+  float prob_emission(LightIndex light) const;
+  EmissionPdf pdf_on_light(LightIndex light, const Vec3& n_light, const Vec3& direction) const;
   LightHit infinite_hit(LightIndex light, const Vec3& direction, uint32_t ray_kinds) const;
-  void sample_triangle_light(const Vec3& p, const Vec2& u, LightSample& sample) const;
+  bool sample_triangle_light(const Vec3& p, const Vec2& u, LightSample& sample) const;
   float pdf_solid_angle_on_light(const Vec3& p, const Vec3& n, LightIndex light, const Vec3& direction, float distance,
                                  const Vec2& uv) const;
 

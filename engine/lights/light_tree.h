@@ -18,6 +18,7 @@ struct LightCluster {
   Vec3 axis{0, 0, 1};      ///< of a cone around all normals
   float cos_normals = 1;   ///< of that cone's half angle (-1: all directions)
   float cos_emission = 0;  ///< of the angle from a normal beyond which nothing is emitted, in [0, pi/2]: >= 0
+  bool two_sided = false;  ///< shines along normals and against them
   double intensity = 0;    ///< sum of the largest intensities, W/sr (luminance, absolute)
 };
 
@@ -40,6 +41,9 @@ class LightTree {
   int depth() const { return depth_; }
   /// Emitters in the order of the tree's leaves: neighbours are close.
   std::vector<uint32_t> leaf_order() const;
+
+  /// Gives emitters new numbers below `count`: emitter i becomes new_number[i].
+  void renumber(std::span<const uint32_t> new_number, uint32_t count);
 
   struct Choice {
     uint32_t emitter = 0;
@@ -64,11 +68,12 @@ class LightTree {
   /// Four children, structure of arrays. Unused children have intensity 0.
   struct alignas(64) Node {
     float x[k_width] = {}, y[k_width] = {}, z[k_width] = {};
-    uint32_t child[k_width] = {k_none, k_none, k_none, k_none};     ///< node, or emitter | k_leaf
-    uint16_t radius[k_width] = {};                                  ///< upper half of a float, rounded up
-    uint16_t intensity[k_width] = {};                               ///< upper half of a float, in units
-    int16_t axis[3][k_width] = {};                                  ///< times 32767
-    int16_t cos_normals[k_width] = {}, cos_emission[k_width] = {};  ///< times 32767, rounded down
+    uint32_t child[k_width] = {k_none, k_none, k_none, k_none};  ///< node, or emitter | k_leaf
+    uint16_t radius[k_width] = {};                               ///< upper half of a float, rounded up
+    uint16_t intensity[k_width] = {};                            ///< upper half of a float, in units
+    int16_t axis[3][k_width] = {};                               ///< times 32767
+    int16_t cos_normals[k_width] = {};                           ///< times 32767, rounded down
+    int16_t cos_emission[k_width] = {};  ///< times 32767, rounded down; two-sided: -1 minus that
   };
   friend class LightTreeBuilder;
 
@@ -76,7 +81,6 @@ class LightTree {
 
   std::vector<Node> nodes_;
   std::vector<uint32_t> path_;  ///< by emitter: two bits a level, the root's lowest
-  std::vector<bool> present_;
   double unit_ = 1.0;
   float min_distance_squared_ = 0.0f;
   size_t size_ = 0;

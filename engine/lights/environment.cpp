@@ -1,0 +1,77 @@
+#include "engine/lights/environment.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/frame.h"
+#include "engine/sampling/warp.h"
+
+namespace lambent {
+
+Vec2 equirectangular_of_direction(const Vec3& d) {
+  const float u = 0.5f - std::atan2(d.y, d.x) * (0.5f * k_inv_pi);
+  // Polar angle by its tangent: exact near the poles, where the arc cosine is not.
+  const float v = 1.0f - std::atan2(std::sqrt(d.x * d.x + d.y * d.y), d.z) * k_inv_pi;
+  return {std::clamp(u, 0.0f, k_one_minus_epsilon), std::clamp(v, 0.0f, k_one_minus_epsilon)};
+}
+
+Vec3 direction_of_equirectangular(const Vec2& uv) {
+  const float phi = (0.5f - uv.x) * 2.0f * k_pi, theta = (1.0f - uv.y) * k_pi;
+  const float sin_theta = std::sin(theta);
+  return {sin_theta * std::cos(phi), sin_theta * std::sin(phi), std::cos(theta)};
+}
+
+Environment::Environment(EnvironmentLight light) : light_(std::move(light)) {
+  const size_t pixels =
+      static_cast<size_t>(std::max(light_.width, 0)) * static_cast<size_t>(std::max(light_.height, 0));
+  is_constant_ = pixels == 0 || light_.luminance.size() < pixels;
+  mean_luminance_ = std::fabs(static_cast<double>(luminance(light_.radiance)));
+  if (is_constant_) return;
+  // Weight by the solid angle of each row; sum the estimates for the mean.
+  std::vector<float> weights(pixels);
+  double sum = 0.0, weight_sum = 0.0;
+  for (int y = 0; y < light_.height; ++y) {
+    const double sin_theta = std::sin(std::numbers::pi * (y + 0.5) / light_.height);
+    for (int x = 0; x < light_.width; ++x) {
+      const size_t i = static_cast<size_t>(y) * static_cast<size_t>(light_.width) + static_cast<size_t>(x);
+      const double value =
+          std::isfinite(light_.luminance[i]) ? std::fabs(static_cast<double>(light_.luminance[i])) : 0.0;
+      weights[i] = static_cast<float>(value * sin_theta);
+      sum += value * sin_theta;
+      weight_sum += sin_theta;
+    }
+  }
+  mean_luminance_ = sum / weight_sum;
+  distribution_ = Distribution2D(weights, light_.width, light_.height);
+  light_.luminance = {};  // the distribution has it now
+}
+
+Vec3 Environment::sample(const Vec3& n, const Vec2& u, float& pdf_solid_angle) const {
+  if (is_constant_) {
+    if (length_squared(n) > 0.0f) {
+      const Vec3 local = sample_cosine_hemisphere(u);
+      pdf_solid_angle = pdf_solid_angle_cosine_hemisphere(local.z);
+      return Frame::from_normal(n).to_world(local);
+    }
+    pdf_solid_angle = k_pdf_solid_angle_uniform_sphere;
+    return sample_uniform_sphere(u);
+  }
+  float pdf_uv = 0.0f;
+  const Vec2 uv = distribution_.sample(u, &pdf_uv);
+  const Vec3 direction = direction_of_equirectangular(uv);
+  const float sin_theta = std::sqrt(direction.x * direction.x + direction.y * direction.y);
+  // d(solid angle) = 2 pi² sin(theta) du dv.
+  pdf_solid_angle = sin_theta > 0.0f ? pdf_uv / (2.0f * k_pi * k_pi * sin_theta) : 0.0f;
+  return direction;
+}
+
+float Environment::pdf_solid_angle(const Vec3& n, const Vec3& direction) const {
+  if (is_constant_)
+    return length_squared(n) > 0.0f ? pdf_solid_angle_cosine_hemisphere(dot(n, direction))
+                                    : k_pdf_solid_angle_uniform_sphere;
+  const float sin_theta = std::sqrt(direction.x * direction.x + direction.y * direction.y);
+  if (!(sin_theta > 0.0f)) return 0.0f;
+  return distribution_.pdf(equirectangular_of_direction(direction)) / (2.0f * k_pi * k_pi * sin_theta);
+}
+
+}  // namespace lambent

@@ -145,7 +145,7 @@ SurfaceHit Geometry::surface(uint32_t index, uint32_t primitive, const Vec2& bar
     point.ng_world = instance.mirrored ? -n : n;
     point.dpdu_world = Vec3(e1);
     point.dpdv_world = Vec3(e2);
-    error += 2.0f * dot(abs(n), abs(point.p_world));
+    error += 3.0f * dot(abs(n), abs(point.p_world));
   } else {
     for (int i = 0; i < 3; ++i)
       point.p_world[i] = static_cast<float>(to_world.m[i][0] * position.x + to_world.m[i][1] * position.y +
@@ -159,7 +159,7 @@ SurfaceHit Geometry::surface(uint32_t index, uint32_t primitive, const Vec2& bar
     // brought back to the world by |M|.
     const Vec3 object_magnitude = absolute_vector(instance.object_from_world, world_magnitude) + largest_vertex;
     const Vec3 world_error =
-        absolute_vector(to_world, object_magnitude) * (8.0f * instance.inverse_error) + abs(point.p_world) * 2.0f;
+        absolute_vector(to_world, object_magnitude) * (4.0f * instance.inverse_error) + abs(point.p_world) * 2.0f;
     error = error / stretch + dot(abs(point.ng_world), world_error);
   }
   error += max_component(abs(point.p_world));

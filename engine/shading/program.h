@@ -40,12 +40,15 @@ class Program {
   std::span<const AttributeRequest> attribute_requests() const;
 
   /// Fills `bsdf` (begin() included) with the lobes and emission at the point.
-  /// @param textures may be null if no texture is used; textures then give pink.
+  /// @param textures may be null; images then give their mean colour.
   void evaluate(const ShadingPoint& point, const TextureSystem* textures, Bsdf& bsdf) const;
   /// Weight of light that passes straight through; in [0, inf) per channel.
   Color transparency(const ShadingPoint& point, const TextureSystem* textures) const;
   /// Radiance towards wi_world. Also worlds (Background; wi_world = minus the ray's direction) and lights.
   Color emission(const ShadingPoint& point, const TextureSystem* textures) const;
+
+  /// For the compiler, before the program is shared.
+  void set_emission_estimate(const Color& mean_radiance) { traits_.emission = mean_radiance; }
 
   /// Heap memory of the program, textures not included.
   size_t bytes() const;

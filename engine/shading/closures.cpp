@@ -1,0 +1,353 @@
+// Facts of both generations follow Cycles: 3.4 for the simple nodes and generation 1, 5.1 for generation 2.
+#include "engine/shading/closures.h"
+
+#include "engine/shading/albedo_table.h"
+#include "engine/shading/fresnel.h"
+
+namespace lambent {
+namespace {
+
+constexpr float k_cutoff = 1e-5f;
+
+float clamp01(float x) { return std::clamp(x, 0.0f, 1.0f); }
+Color clamp_color(const Color& c, float high) {
+  return Color(std::clamp(c.x, 0.0f, high), std::clamp(c.y, 0.0f, high), std::clamp(c.z, 0.0f, high));
+}
+Color sqrt_color(const Color& c) { return Color(safe_sqrt(c.x), safe_sqrt(c.y), safe_sqrt(c.z)); }
+
+void set_gloss(Lobe& lobe, GlossModel model, float alpha) {
+  lobe.alpha_x = lobe.alpha_y = model == GlossModel::sharp ? 0.0f : clamp01(alpha);
+  lobe.distribution = model == GlossModel::beckmann ? Distribution::beckmann : Distribution::ggx;
+  lobe.energy_compensation = model == GlossModel::multiscatter_ggx;
+}
+
+// Glossy's anisotropy in (−1, 1).
+void set_anisotropy(LobeTemplates& templates, float anisotropy, float rotation) {
+  const float a = std::clamp(anisotropy, -0.99f, 0.99f);
+  if (a == 0.0f) return;
+  LobeTemplates::Entry& entry = templates.last();
+  const float alpha = entry.lobe.alpha_x;
+  entry.lobe.alpha_x = clamp01(a < 0.0f ? alpha / (1.0f + a) : alpha * (1.0f - a));
+  entry.lobe.alpha_y = clamp01(a < 0.0f ? alpha * (1.0f + a) : alpha / (1.0f - a));
+  entry.anisotropic = true;
+  entry.rotation = rotation;
+}
+// Principled's anisotropy in [0, 1] (Burley 2012).
+void set_aspect(LobeTemplates& templates, float anisotropic, float rotation) {
+  if (!(anisotropic > 0.0f)) return;
+  LobeTemplates::Entry& entry = templates.last();
+  const float aspect = safe_sqrt(1.0f - std::min(anisotropic, 1.0f) * 0.9f);
+  entry.lobe.alpha_x = clamp01(entry.lobe.alpha_x / aspect);
+  entry.lobe.alpha_y = clamp01(entry.lobe.alpha_y * aspect);
+  entry.anisotropic = true;
+  entry.rotation = rotation;
+}
+
+// Hue and saturation of the base colour, for tints; `luminance` weighs the channels.
+Color tint_of(const Color& base, float luminance) { return luminance > 0.0f ? base * (1.0f / luminance) : Color(1.0f); }
+
+float seen_eta(float ior, bool backfacing) {
+  const float eta = std::max(ior, 1e-5f);
+  return backfacing ? 1.0f / eta : eta;
+}
+
+void make_principled_1(const Principled1& p, GlossModel model, bool backfacing, LobeTemplates& templates) {
+  const float metallic = clamp01(p.metallic), transmission = clamp01(p.transmission);
+  const float diffuse_weight = (1.0f - metallic) * (1.0f - transmission);
+  const float glass_weight = transmission * (1.0f - metallic);
+  const float specular_weight = 1.0f - glass_weight;
+  const bool multiscatter = model == GlossModel::multiscatter_ggx;
+
+  if (diffuse_weight > k_cutoff) {
+    // Subsurface scattering is stood in for by the diffuse lobe with the mixed colour
+    const Color color = p.subsurface > k_cutoff ? lerp(p.base, p.subsurface_color, p.subsurface) : p.base;
+    templates.add(LobeKind::principled_diffuse, color * diffuse_weight).param = p.roughness;
+    if (p.sheen > k_cutoff) {
+      const Color tint = lerp(Color(1.0f), tint_of(p.base, luminance(p.base)), p.sheen_tint);
+      templates.add(LobeKind::principled_sheen, tint * (p.sheen * diffuse_weight));
+    }
+  }
+  if (specular_weight > k_cutoff && (p.specular > k_cutoff || metallic > k_cutoff)) {
+    Lobe& lobe = templates.add(LobeKind::reflection, Color(specular_weight));
+    const float gray = 0.3f * p.base.x + 0.6f * p.base.y + 0.1f * p.base.z;
+    const Color tint = lerp(Color(1.0f), tint_of(p.base, gray), p.specular_tint);
+    lobe.eta = 2.0f / std::max(1.0f - safe_sqrt(0.08f * p.specular), 1e-4f) - 1.0f;
+    lobe.f0 = clamp_color(tint * (0.08f * p.specular * (1.0f - metallic)) + p.base * metallic, 1.0f);
+    lobe.fresnel = FresnelMode::schlick;
+    set_gloss(lobe, multiscatter && p.roughness > 0.075f ? model : GlossModel::ggx, sqr(p.roughness));
+    set_aspect(templates, p.anisotropic, p.rotation);
+  }
+  if (glass_weight > k_cutoff) {
+    const Color tint = lerp(Color(1.0f), p.base, p.specular_tint);
+    const float eta = seen_eta(p.ior, backfacing);
+    if (!multiscatter || p.roughness <= 0.05f) {
+      Lobe& reflection = templates.add(LobeKind::reflection, Color(glass_weight));
+      reflection.eta = eta;
+      reflection.macro_fresnel = true;
+      if (p.specular_tint != 0.0f) {
+        reflection.fresnel = FresnelMode::schlick;
+        reflection.f0 = clamp_color(tint, 1.0f);
+      }
+      set_gloss(reflection, GlossModel::ggx, sqr(p.roughness));
+      Lobe& refraction = templates.add(LobeKind::refraction, p.base * glass_weight);
+      refraction.eta = eta;
+      refraction.macro_fresnel = true;
+      const float roughness =
+          multiscatter ? p.roughness : 1.0f - (1.0f - p.roughness) * (1.0f - p.transmission_roughness);
+      set_gloss(refraction, GlossModel::ggx, sqr(roughness));
+    } else {
+      Lobe& lobe = templates.add(LobeKind::glass, Color(glass_weight));
+      lobe.eta = eta;
+      lobe.f0 = clamp_color(tint, 1.0f);
+      lobe.f90 = clamp_color(p.base, 1.0f);
+      set_gloss(lobe, model, sqr(p.roughness));
+    }
+  }
+  if (p.clearcoat > k_cutoff) {
+    Lobe& lobe = templates.add(LobeKind::reflection, Color(0.25f * p.clearcoat));
+    lobe.distribution = Distribution::gtr1;
+    lobe.alpha_x = lobe.alpha_y = clamp01(sqr(p.clearcoat_roughness));
+    lobe.eta = 1.5f;
+    lobe.f0 = Color(0.04f);
+    lobe.fresnel = FresnelMode::schlick;
+    templates.last().coat = true;
+  }
+}
+
+// Directional albedo of a rough reflection with the given colours at normal incidence and grazing (fit of Karis 2014,
+// "Physically Based Shading on Mobile").
+Color layer_albedo(const Color& f0, float cos_view, float roughness) {
+  const float x = 1.0f - roughness, y = 0.0425f - 0.0275f * roughness;
+  const float z = 1.04f - 0.572f * roughness, w = -0.04f + 0.022f * roughness;
+  const float a = std::min(x * x, std::exp2(-9.28f * std::clamp(cos_view, 0.0f, 1.0f))) * x + y;
+  return clamp_color(f0 * (-1.04f * a + z) + Color(1.04f * a + w), 1.0f);
+}
+Color layered(const Color& weight, const Color& albedo) { return weight * (1.0f - clamp01(max_component(albedo))); }
+
+void make_principled_2(const Principled2& p, GlossModel model, bool backfacing, float cos_view,
+                       LobeTemplates& templates) {
+  const Color base = clamp_color(p.base, 1.0f);
+  const float roughness = clamp01(p.roughness), metallic = clamp01(p.metallic), transmission = clamp01(p.transmission);
+  const float ior = std::max(p.ior, 1e-5f);
+  Color weight(1.0f);
+
+  if (p.sheen > k_cutoff) {
+    const Color tint = clamp_color(p.sheen_tint, 1e30f) * p.sheen;
+    templates.add(LobeKind::sheen, tint).alpha_x = clamp01(p.sheen_roughness);
+    // The lobe's albedo as lobe_albedo() estimates it
+    weight = layered(weight, clamp_color(tint * (0.1f + 0.6f * schlick_weight(cos_view)), 1.0f));
+  }
+  if (p.coat > k_cutoff) {
+    Lobe& lobe = templates.add(LobeKind::reflection, weight * p.coat);
+    lobe.eta = std::max(p.coat_ior, 1.0f);
+    lobe.fresnel = FresnelMode::dielectric;
+    set_gloss(lobe, GlossModel::ggx, sqr(clamp01(p.coat_roughness)));
+    templates.last().coat = true;
+    const Color albedo = layer_albedo(Color(fresnel_normal(lobe.eta)), cos_view, clamp01(p.coat_roughness));
+    weight = layered(weight, albedo * clamp01(p.coat));
+    // Beer's law along the path refracted into the coat, normalised to normal incidence
+    const float depth = 1.0f / safe_sqrt(1.0f - (1.0f - sqr(cos_view)) / sqr(lobe.eta) + 1e-6f);
+    const Color tint = clamp_color(p.coat_tint, 1e30f);
+    weight *= lerp(Color(1.0f), Color(std::pow(tint.x, depth), std::pow(tint.y, depth), std::pow(tint.z, depth)),
+                   clamp01(p.coat));
+  }
+  templates.emission = p.emission * weight;
+  if (metallic > k_cutoff) {
+    Lobe& lobe = templates.add(LobeKind::reflection, weight * metallic);
+    lobe.fresnel = FresnelMode::f82;
+    lobe.f0 = base;
+    lobe.f90 = clamp_color(p.specular_tint, 1.0f);
+    set_gloss(lobe, model, sqr(roughness));
+    set_aspect(templates, p.anisotropic, p.rotation);
+    weight *= 1.0f - metallic;
+  }
+  if (transmission > k_cutoff) {
+    Lobe& lobe = templates.add(LobeKind::glass, weight * transmission);
+    lobe.eta = seen_eta(ior, backfacing);
+    lobe.f0 = clamp_color(p.specular_tint, 1.0f);
+    lobe.f90 = sqrt_color(base);
+    set_gloss(lobe, model, sqr(roughness));
+    weight *= 1.0f - transmission;
+  }
+  float f0 = fresnel_normal(ior), eta = ior;
+  if (p.specular_level != 0.5f) {
+    f0 = clamp01(f0 * 2.0f * std::max(p.specular_level, 0.0f));
+    eta = eta_from_f0(f0);
+    if (ior < 1.0f) eta = 1.0f / eta;
+  }
+  if (eta != 1.0f && max_component(weight) > k_cutoff) {
+    Lobe& lobe = templates.add(LobeKind::reflection, weight);
+    lobe.eta = eta;
+    lobe.fresnel = FresnelMode::schlick;
+    lobe.f0 = clamp_color(p.specular_tint * f0, 1.0f);
+    set_gloss(lobe, model, sqr(roughness));
+    set_aspect(templates, p.anisotropic, p.rotation);
+    weight = layered(weight, layer_albedo(lobe.f0, cos_view, roughness));
+  }
+  if (max_component(weight) > k_cutoff) {
+    // Subsurface scattering is stood in for by the diffuse lobe
+    Lobe& lobe = templates.add(p.diffuse_roughness < k_cutoff ? LobeKind::diffuse : LobeKind::oren_nayar,
+                               clamp_color(p.base, 1e30f) * weight);
+    lobe.param = clamp01(p.diffuse_roughness);
+  }
+}
+
+// Takes parameters in the order in which they are stored.
+struct Reader {
+  const float* next;
+  float number() { return *next++; }
+  Color color() {
+    next += 3;
+    return Color(next[-3], next[-2], next[-1]);
+  }
+};
+// Members of a braced list are evaluated in their order.
+Principled1 read_principled_1(const float* p) {
+  Reader r{p};
+  return {r.color(),  r.number(), r.color(),  r.number(), r.number(), r.number(), r.number(), r.number(),
+          r.number(), r.number(), r.number(), r.number(), r.number(), r.number(), r.number(), r.number()};
+}
+Principled2 read_principled_2(const float* p) {
+  Reader r{p};
+  return {r.color(), r.number(), r.number(), r.number(), r.number(), r.number(), r.number(),
+          r.color(), r.number(), r.number(), r.number(), r.number(), r.number(), r.number(),
+          r.color(), r.number(), r.number(), r.color(),  r.color()};
+}
+
+}  // namespace
+
+int closure_parameter_count(ClosureKind kind) {
+  switch (kind) {
+    case ClosureKind::translucent:
+    case ClosureKind::transparent:
+    case ClosureKind::emission:
+      return 3;
+    case ClosureKind::diffuse:
+    case ClosureKind::velvet:
+    case ClosureKind::sheen:
+      return 4;
+    case ClosureKind::glass:
+    case ClosureKind::refraction:
+      return 5;
+    case ClosureKind::glossy:
+      return 6;
+    case ClosureKind::metallic:
+      return 9;
+    case ClosureKind::principled_1:
+      return sizeof(Principled1) / sizeof(float);
+    case ClosureKind::principled_2:
+      return sizeof(Principled2) / sizeof(float);
+  }
+  return 0;
+}
+
+void make_lobes(ClosureKind kind, GlossModel model, const float* raw, bool backfacing, float cos_view,
+                LobeTemplates& templates) {
+  using namespace closure_parameter;
+  templates.count = 0;
+  templates.emission = Color(0.0f);
+  float p[k_max_closure_parameters];
+  const int count = closure_parameter_count(kind);
+  for (int i = 0; i < count; ++i) p[i] = std::isfinite(raw[i]) ? raw[i] : 0.0f;
+  const Color color(p[0], p[1], p[2]);
+  switch (kind) {
+    case ClosureKind::diffuse:
+      templates.add(p[k_roughness] == 0.0f ? LobeKind::diffuse : LobeKind::oren_nayar, color).param =
+          clamp01(p[k_roughness]);
+      break;
+    case ClosureKind::glossy: {
+      Lobe& lobe = templates.add(LobeKind::reflection, color);
+      set_gloss(lobe, model, sqr(p[k_roughness]));
+      lobe.f0 = clamp_color(color, 1.0f);
+      if (model != GlossModel::sharp) set_anisotropy(templates, p[k_anisotropy], p[k_rotation]);
+      break;
+    }
+    case ClosureKind::glass: {
+      const float eta = seen_eta(p[k_ior], backfacing);
+      if (model == GlossModel::multiscatter_ggx) {
+        Lobe& lobe = templates.add(LobeKind::glass, color);
+        lobe.eta = eta;
+        set_gloss(lobe, model, sqr(p[k_roughness]));
+        break;
+      }
+      for (const LobeKind part : {LobeKind::reflection, LobeKind::refraction}) {
+        Lobe& lobe = templates.add(part, color);
+        lobe.eta = eta;
+        lobe.macro_fresnel = true;
+        set_gloss(lobe, model, sqr(p[k_roughness]));
+      }
+      break;
+    }
+    case ClosureKind::refraction: {
+      Lobe& lobe = templates.add(LobeKind::refraction, color);
+      lobe.eta = seen_eta(p[k_ior], backfacing);
+      set_gloss(lobe, model == GlossModel::multiscatter_ggx ? GlossModel::ggx : model, sqr(p[k_roughness]));
+      break;
+    }
+    case ClosureKind::translucent:
+      templates.add(LobeKind::translucent, color);
+      break;
+    case ClosureKind::transparent:
+      templates.add(LobeKind::transparent, color);
+      break;
+    case ClosureKind::velvet:
+      templates.add(LobeKind::velvet, color).param = clamp01(p[k_roughness]);
+      break;
+    case ClosureKind::sheen:
+      templates.add(LobeKind::sheen, color).alpha_x = clamp01(p[k_roughness]);
+      break;
+    case ClosureKind::metallic: {
+      Lobe& lobe = templates.add(LobeKind::reflection, Color(1.0f));
+      lobe.fresnel = FresnelMode::f82;
+      lobe.f0 = clamp_color(color, 1.0f);
+      lobe.f90 = clamp_color(Color(p[k_edge_tint], p[k_edge_tint + 1], p[k_edge_tint + 2]), 1.0f);
+      set_gloss(lobe, model, sqr(p[k_roughness]));
+      set_anisotropy(templates, p[k_anisotropy], p[k_rotation]);
+      break;
+    }
+    case ClosureKind::principled_1:
+      make_principled_1(read_principled_1(p), model, backfacing, templates);
+      break;
+    case ClosureKind::principled_2:
+      make_principled_2(read_principled_2(p), model, backfacing, cos_view, templates);
+      break;
+    case ClosureKind::emission:
+      break;
+  }
+}
+
+Vec3 valid_reflection_normal(const Vec3& ng, const Vec3& wi, const Vec3& n) {
+  const float cos_view = dot(ng, wi);
+  const Vec3 mirrored = n * (2.0f * dot(n, wi)) - wi;
+  const float threshold = std::min(0.9f * cos_view, 0.01f);
+  if (dot(ng, mirrored) >= threshold) return n;
+
+  // In the plane of ng (z) and n: find the normal whose mirrored view has height `threshold`. With n' = (sin, cos),
+  // 2·(n'·wi)·cos − wi.z = threshold is quadratic in cos².
+  const Vec3 x_axis = normalize(n - ng * dot(n, ng));
+  const float x = dot(wi, x_axis), z = cos_view;
+  const float a = x * x + z * z;
+  if (!(a > 1e-12f)) return ng;
+  const float root = safe_sqrt(x * x * (a - threshold * threshold));
+  const float b = z * threshold + a;
+  const float candidates[2] = {0.5f * (b + root) / a, 0.5f * (b - root) / a};
+  float best_height = k_infinity;
+  Vec3 best = ng;
+  float fallback_height = -k_infinity;
+  for (const float cos2 : candidates) {
+    if (!(cos2 > 1e-5f && cos2 <= 1.0f + 1e-5f)) continue;
+    const float s = safe_sqrt(1.0f - cos2), c = safe_sqrt(cos2);
+    const float height = 2.0f * (s * x + c * z) * c - z;
+    const Vec3 candidate = x_axis * s + ng * c;
+    // The shallower of two reflections above the surface is nearer to the one asked for
+    if (height >= 1e-5f) {
+      if (height < best_height) best_height = height, best = candidate;
+    } else if (best_height == k_infinity && height > fallback_height) {
+      fallback_height = height, best = candidate;
+    }
+  }
+  const Vec3 result = normalize(best);
+  return length_squared(result) > 0.0f ? result : ng;
+}
+
+}  // namespace lambent

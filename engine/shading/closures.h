@@ -1,0 +1,97 @@
+// From a node's evaluated parameters to lobes: the weights and parameters of every BSDF node, both Principled
+// generations.
+#pragma once
+
+#include <array>
+
+#include "engine/shading/lobe.h"
+
+namespace lambent {
+
+enum class ClosureKind : uint8_t {
+  diffuse,
+  glossy,
+  glass,
+  refraction,
+  translucent,
+  transparent,
+  velvet,
+  sheen,
+  metallic,
+  principled_1,
+  principled_2,
+  emission
+};
+
+/// How a microfacet closure was asked for (`variant` of a closure).
+enum class GlossModel : uint8_t { sharp, ggx, beckmann, multiscatter_ggx };
+
+// Indices into a closure's parameters. A colour takes three.
+namespace closure_parameter {
+inline constexpr int k_color = 0;       // all simple closures; emission: times strength
+inline constexpr int k_roughness = 3;   // diffuse, glossy, glass, refraction, velvet (sigma), sheen
+inline constexpr int k_ior = 4;         // glass, refraction
+inline constexpr int k_anisotropy = 4;  // glossy, metallic
+inline constexpr int k_rotation = 5;    // glossy, metallic
+inline constexpr int k_edge_tint = 6;   // metallic
+}  // namespace closure_parameter
+
+/// Principled parameters in the order in which they are stored.
+struct Principled1 {  // Blender before 4.0
+  Color base;
+  float subsurface;
+  Color subsurface_color;
+  float metallic, specular, specular_tint, roughness, anisotropic, rotation, sheen, sheen_tint, clearcoat,
+      clearcoat_roughness, ior, transmission, transmission_roughness;
+};
+struct Principled2 {  // Blender 4.0 and later
+  Color base;
+  float metallic, roughness, ior, diffuse_roughness, subsurface, specular_level;
+  Color specular_tint;
+  float anisotropic, rotation, transmission, coat, coat_roughness, coat_ior;
+  Color coat_tint;
+  float sheen, sheen_roughness;
+  Color sheen_tint, emission;
+};
+inline constexpr int k_max_closure_parameters = 32;
+static_assert(sizeof(Principled1) <= k_max_closure_parameters * sizeof(float));
+static_assert(sizeof(Principled2) <= k_max_closure_parameters * sizeof(float));
+/// Floats that a closure of the kind reads.
+int closure_parameter_count(ClosureKind kind);
+
+/// Lobes of one closure, before its weight and its normals.
+struct LobeTemplates {
+  static constexpr int k_capacity = 6;
+  struct Entry {
+    Lobe lobe;
+    bool coat = false;         ///< takes the coat normal
+    float rotation = 0.0f;     ///< of the tangent around the normal, in turns
+    bool anisotropic = false;  ///< takes the tangent
+  };
+  std::array<Entry, k_capacity> entries;
+  int count = 0;
+  Color emission{0.0f};  ///< emitted radiance below coat and sheen (principled_2)
+
+  Lobe& add(LobeKind kind, const Color& weight) {
+    Entry& entry = entries[count < k_capacity ? count++ : k_capacity - 1];
+    entry = Entry{};
+    entry.lobe.kind = kind;
+    entry.lobe.weight = weight;
+    return entry.lobe;
+  }
+  Entry& last() { return entries[count - 1]; }
+};
+
+/// True if the lobes depend on the angle of view, so that they cannot be made ahead of it.
+inline bool closure_depends_on_view(ClosureKind kind) { return kind == ClosureKind::principled_2; }
+
+/// @param parameters closure_parameter_count(kind) floats; NaN and infinity count as 0.
+/// @param cos_view cosine between the normal and the view, used if closure_depends_on_view.
+void make_lobes(ClosureKind kind, GlossModel model, const float* parameters, bool backfacing, float cos_view,
+                LobeTemplates& templates);
+
+/// Turns a lobe normal just enough towards ng that the mirrored view leaves above the surface (Cycles'
+/// ensure_valid_reflection). All unit; dot(ng, wi) >= 0. Returns n itself where it is fine.
+Vec3 valid_reflection_normal(const Vec3& ng, const Vec3& wi, const Vec3& n);
+
+}  // namespace lambent

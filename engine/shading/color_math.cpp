@@ -1,0 +1,122 @@
+#include "engine/shading/color_math.h"
+
+#include <array>
+
+namespace lambent {
+namespace {
+
+template <typename F>
+Color per_channel(const Color& a, const Color& b, const F& f) {
+  return Color(f(a.x, b.x), f(a.y, b.y), f(a.z, b.z));
+}
+
+// One lobe of the fits of Wyman, Sloan & Shirley 2013 with different widths on both sides.
+double lobe(double x, double centre, double width_below, double width_above) {
+  const double t = (x - centre) / (x < centre ? width_below : width_above);
+  return std::exp(-0.5 * t * t);
+}
+
+Color integrate_blackbody(double kelvin) {
+  double xyz[3] = {0, 0, 0};
+  for (int nm = 380; nm <= 780; nm += 2) {
+    const double metres = nm * 1e-9;
+    const double radiance = std::pow(metres, -5.0) / std::expm1(0.014387769 / (metres * kelvin));
+    xyz[0] += radiance * (1.056 * lobe(nm, 599.8, 37.9, 31.0) + 0.362 * lobe(nm, 442.0, 16.0, 26.7) -
+                          0.065 * lobe(nm, 501.1, 20.4, 26.2));
+    xyz[1] += radiance * (0.821 * lobe(nm, 568.8, 46.9, 40.5) + 0.286 * lobe(nm, 530.9, 16.3, 31.1));
+    xyz[2] += radiance * (1.217 * lobe(nm, 437.0, 11.8, 36.0) + 0.681 * lobe(nm, 459.0, 26.0, 13.8));
+  }
+  const double x = xyz[0] / xyz[1], z = xyz[2] / xyz[1];
+  return Color(static_cast<float>(3.2409699 * x - 1.5373832 - 0.4986108 * z),
+               static_cast<float>(-0.9692436 * x + 1.8759675 + 0.0415551 * z),
+               static_cast<float>(0.0556301 * x - 0.2039770 + 1.0569715 * z));
+}
+
+}  // namespace
+
+Color blend_colors(Blend mode, float t, const Color& a, const Color& b) {
+  const float s = 1.0f - t;
+  switch (mode) {
+    case Blend::mix:
+      return lerp(a, b, t);
+    case Blend::add:
+      return a + b * t;
+    case Blend::multiply:
+      return lerp(a, a * b, t);
+    case Blend::screen:
+      return Color(1.0f) - (Color(s) + (Color(1.0f) - b) * t) * (Color(1.0f) - a);
+    case Blend::overlay:
+      return per_channel(a, b, [&](float x, float y) {
+        return x < 0.5f ? x * (s + 2.0f * t * y) : 1.0f - (s + 2.0f * t * (1.0f - y)) * (1.0f - x);
+      });
+    case Blend::subtract:
+      return a - b * t;
+    case Blend::divide:
+      return per_channel(a, b, [&](float x, float y) { return y != 0.0f ? s * x + t * x / y : x; });
+    case Blend::difference:
+      return lerp(a, abs(a - b), t);
+    case Blend::darken:
+      return lerp(a, per_channel(a, b, [](float x, float y) { return std::min(x, y); }), t);
+    case Blend::lighten:
+      return lerp(a, per_channel(a, b, [](float x, float y) { return std::max(x, y); }), t);
+    case Blend::dodge:
+      return per_channel(a, b, [&](float x, float y) {
+        if (x == 0.0f) return x;
+        const float rest = 1.0f - t * y;
+        return rest <= 0.0f ? 1.0f : std::min(x / rest, 1.0f);
+      });
+    case Blend::burn:
+      return per_channel(a, b, [&](float x, float y) {
+        const float rest = s + t * y;
+        return rest <= 0.0f ? 0.0f : saturate(1.0f - (1.0f - x) / rest);
+      });
+    case Blend::hue: {
+      const Color other = hsv_from_rgb(b);
+      if (other.y == 0.0f) return a;
+      const Color own = hsv_from_rgb(a);
+      return lerp(a, rgb_from_hsv(Color(other.x, own.y, own.z)), t);
+    }
+    case Blend::saturation: {
+      const Color own = hsv_from_rgb(a);
+      if (own.y == 0.0f) return a;
+      return rgb_from_hsv(Color(own.x, lerp(own.y, hsv_from_rgb(b).y, t), own.z));
+    }
+    case Blend::value: {
+      const Color own = hsv_from_rgb(a);
+      return rgb_from_hsv(Color(own.x, own.y, lerp(own.z, hsv_from_rgb(b).z, t)));
+    }
+    case Blend::color: {
+      const Color other = hsv_from_rgb(b);
+      if (other.y == 0.0f) return a;
+      return lerp(a, rgb_from_hsv(Color(other.x, other.y, hsv_from_rgb(a).z)), t);
+    }
+    case Blend::soft_light:
+      return per_channel(a, b, [&](float x, float y) {
+        const float screen = 1.0f - (1.0f - y) * (1.0f - x);
+        return s * x + t * ((1.0f - x) * y * x + x * screen);
+      });
+    case Blend::linear_light:
+      return a + (b * 2.0f - Color(1.0f)) * t;
+    case Blend::exclusion:
+      return per_channel(a, b, [&](float x, float y) { return std::max(lerp(x, x + y - 2.0f * x * y, t), 0.0f); });
+  }
+  return a;
+}
+
+Color blackbody_color(float kelvin) {
+  // Uniform in 1/T, in which the colour is smooth
+  constexpr int k_cells = 256;
+  constexpr float k_low = 800.0f, k_high = 12000.0f;
+  static const std::array<Color, k_cells + 1> table = [] {
+    std::array<Color, k_cells + 1> colors;
+    for (int i = 0; i <= k_cells; ++i)
+      colors[i] = integrate_blackbody(1.0 / (1.0 / k_high + (1.0 / k_low - 1.0 / k_high) * i / k_cells));
+    return colors;
+  }();
+  const float t = std::isfinite(kelvin) ? std::clamp(kelvin, k_low, k_high) : k_low;
+  const float position = (1.0f / t - 1.0f / k_high) / (1.0f / k_low - 1.0f / k_high) * k_cells;
+  const int cell = std::clamp(static_cast<int>(position), 0, k_cells - 1);
+  return lerp(table[cell], table[cell + 1], position - cell);
+}
+
+}  // namespace lambent

@@ -1,0 +1,306 @@
+// Definitions of the nodes with shader outputs.
+#include <map>
+
+#include "engine/shading/compiler.h"
+
+namespace lambent {
+namespace {
+
+// Collects a closure's parameters in their order.
+class Parameters {
+ public:
+  Parameters(Compiler& compiler, int node) : compiler_(compiler), node_(node) {}
+
+  Parameters& number(const char* socket, float otherwise) {
+    values_.push_back(compiler_.number(node_, socket, otherwise, 0));
+    return *this;
+  }
+  Parameters& constant(float x) {
+    values_.push_back(compiler_.expressions().number(x));
+    return *this;
+  }
+  Parameters& color(const char* socket, const Color& otherwise) {
+    return value(compiler_.color(node_, socket, otherwise, 0));
+  }
+  Parameters& value(const Value& v) {
+    for (int k = 0; k < 3; ++k) values_.push_back(compiler_.expressions().part(v, k, 1));
+    return *this;
+  }
+  const std::vector<Value>& values() const { return values_; }
+
+ private:
+  Compiler& compiler_;
+  int node_;
+  std::vector<Value> values_;
+};
+
+GlossModel gloss_model(Compiler& compiler, int node, const char* otherwise) {
+  const std::string name = compiler.text(node, "distribution", otherwise);
+  if (name == "SHARP") return GlossModel::sharp;
+  if (name == "BECKMANN") return GlossModel::beckmann;
+  if (name == "GGX") return GlossModel::ggx;
+  if (name == "MULTI_GGX") return GlossModel::multiscatter_ggx;
+  compiler.warn_unsupported(node, "its distribution '" + name + "' is rendered as GGX");
+  return GlossModel::ggx;
+}
+
+// Emission: colour times strength, folded where constant.
+void add_emission(Compiler& compiler, int node, const Value& color, const Value& strength, const Value& weight) {
+  const Value radiance = compiler.expressions().operation(Op::scale_color, 0, {color, strength}, 3);
+  ClosureUse use{};
+  use.kind = ClosureKind::emission;
+  compiler.add_closure(use, weight, {}, Parameters(compiler, node).value(radiance).values());
+}
+
+void add_transparent(Compiler& compiler, int node, const Value& color, const Value& weight) {
+  ClosureUse use{};
+  use.kind = ClosureKind::transparent;
+  compiler.add_closure(use, weight, {}, Parameters(compiler, node).value(color).values());
+}
+
+// The node's normals as operands, in the order that add_closure wants.
+struct Normals {
+  std::vector<Value> values;
+  void add(Compiler& compiler, int node, ClosureUse& use, const char* socket) {
+    const Value n = compiler.vector_or(node, socket, 0, &Compiler::normal);
+    // The plain interpolated normal needs no operand
+    if (compiler.is_linked(node, socket) || compiler.has_bumped_normal()) {
+      values.push_back(n);
+      use.has_normal = true;
+    }
+  }
+  void add_coat(Compiler& compiler, int node, ClosureUse& use, const char* socket) {
+    const Value n = compiler.vector_or(node, socket, 0, &Compiler::normal);
+    if (compiler.is_linked(node, socket) || compiler.has_bumped_normal()) {
+      values.push_back(n);
+      use.has_coat_normal = true;
+    }
+  }
+  void add_tangent(Compiler& compiler, int node, ClosureUse& use, const char* amount) {
+    if (!compiler.is_linked(node, amount) &&
+        compiler.expressions().is_number(compiler.number(node, amount, 0.0f, 0), 0.0f))
+      return;
+    values.push_back(compiler.vector_or(node, "Tangent", 0, &Compiler::tangent));
+    use.has_tangent = true;
+  }
+};
+
+bool may_be_nonzero(Compiler& compiler, int node, const char* socket, float otherwise) {
+  return !compiler.expressions().is_number(compiler.number(node, socket, otherwise, 0), 0.0f);
+}
+
+void principled_1(Compiler& compiler, int node, const Value& weight) {
+  Expressions& e = compiler.expressions();
+  const Value alpha = compiler.number(node, "Alpha", 1.0f, 0);
+  add_transparent(compiler, node, e.vector(Vec3(1.0f)), e.operation(Op::mix_weight_first, 0, {weight, alpha}, 1));
+  const Value opaque = e.operation(Op::mix_weight_second, 0, {weight, alpha}, 1);
+  add_emission(compiler, node, compiler.color(node, "Emission", Color(0.0f), 0),
+               compiler.number(node, "Emission Strength", 1.0f, 0), opaque);
+  if (may_be_nonzero(compiler, node, "Subsurface", 0.0f))
+    compiler.warn_unsupported(node, "subsurface scattering is rendered as diffuse reflection of its colour");
+  ClosureUse use{};
+  use.kind = ClosureKind::principled_1;
+  use.model = gloss_model(compiler, node, "GGX");
+  Normals normals;
+  normals.add(compiler, node, use, "Normal");
+  if (may_be_nonzero(compiler, node, "Clearcoat", 0.0f)) normals.add_coat(compiler, node, use, "Clearcoat Normal");
+  normals.add_tangent(compiler, node, use, "Anisotropic");
+  Parameters p(compiler, node);
+  p.color("Base Color", Color(0.8f)).number("Subsurface", 0.0f).color("Subsurface Color", Color(0.8f));
+  p.number("Metallic", 0.0f).number("Specular", 0.5f).number("Specular Tint", 0.0f).number("Roughness", 0.5f);
+  p.number("Anisotropic", 0.0f).number("Anisotropic Rotation", 0.0f).number("Sheen", 0.0f).number("Sheen Tint", 0.5f);
+  p.number("Clearcoat", 0.0f).number("Clearcoat Roughness", 0.03f).number("IOR", 1.45f);
+  p.number("Transmission", 0.0f).number("Transmission Roughness", 0.0f);
+  compiler.add_closure(use, opaque, normals.values, p.values());
+}
+
+void principled_2(Compiler& compiler, int node, const Value& weight) {
+  Expressions& e = compiler.expressions();
+  const Value alpha = compiler.number(node, "Alpha", 1.0f, 0);
+  add_transparent(compiler, node, e.vector(Vec3(1.0f)), e.operation(Op::mix_weight_first, 0, {weight, alpha}, 1));
+  const Value opaque = e.operation(Op::mix_weight_second, 0, {weight, alpha}, 1);
+  if (may_be_nonzero(compiler, node, "Subsurface Weight", 0.0f))
+    compiler.warn_unsupported(node, "subsurface scattering is rendered as diffuse reflection of the base colour");
+  if (may_be_nonzero(compiler, node, "Thin Film Thickness", 0.0f))
+    compiler.warn_unsupported(node, "thin film interference is left out");
+  if (may_be_nonzero(compiler, node, "Thin Wall", 0.0f))
+    compiler.warn_unsupported(node, "thin walls are rendered as solid");
+  ClosureUse use{};
+  use.kind = ClosureKind::principled_2;
+  use.model = gloss_model(compiler, node, "MULTI_GGX");
+  Normals normals;
+  normals.add(compiler, node, use, "Normal");
+  if (may_be_nonzero(compiler, node, "Coat Weight", 0.0f)) normals.add_coat(compiler, node, use, "Coat Normal");
+  normals.add_tangent(compiler, node, use, "Anisotropic");
+  const Value emission = e.operation(
+      Op::scale_color, 0,
+      {compiler.color(node, "Emission Color", Color(1.0f), 0), compiler.number(node, "Emission Strength", 0.0f, 0)}, 3);
+  Parameters p(compiler, node);
+  p.color("Base Color", Color(0.8f)).number("Metallic", 0.0f).number("Roughness", 0.5f).number("IOR", 1.5f);
+  p.number("Diffuse Roughness", 0.0f).number("Subsurface Weight", 0.0f).number("Specular IOR Level", 0.5f);
+  p.color("Specular Tint", Color(1.0f)).number("Anisotropic", 0.0f).number("Anisotropic Rotation", 0.0f);
+  p.number("Transmission Weight", 0.0f).number("Coat Weight", 0.0f).number("Coat Roughness", 0.03f);
+  p.number("Coat IOR", 1.5f).color("Coat Tint", Color(1.0f)).number("Sheen Weight", 0.0f);
+  p.number("Sheen Roughness", 0.5f).color("Sheen Tint", Color(1.0f)).value(emission);
+  compiler.add_closure(use, opaque, normals.values, p.values());
+}
+
+void principled(Compiler& compiler, int node, const Value& weight) {
+  const bool newer =
+      compiler.property(node, "generation", 0.0f) == 2.0f ||
+      (compiler.property(node, "generation", 0.0f) == 0.0f && compiler.has_input(node, "Specular IOR Level"));
+  (newer ? principled_2 : principled_1)(compiler, node, weight);
+}
+
+void simple(Compiler& compiler, int node, const Value& weight, ClosureKind kind, const Parameters& parameters,
+            GlossModel model = GlossModel::ggx) {
+  ClosureUse use{};
+  use.kind = kind;
+  use.model = model;
+  Normals normals;
+  if (kind != ClosureKind::transparent) normals.add(compiler, node, use, "Normal");
+  compiler.add_closure(use, weight, normals.values, parameters.values());
+}
+
+void glossy(Compiler& compiler, int node, const Value& weight) {
+  ClosureUse use{};
+  use.kind = ClosureKind::glossy;
+  use.model = gloss_model(compiler, node, "GGX");
+  Normals normals;
+  normals.add(compiler, node, use, "Normal");
+  normals.add_tangent(compiler, node, use, "Anisotropy");
+  Parameters p(compiler, node);
+  p.color("Color", Color(0.8f)).number("Roughness", 0.5f).number("Anisotropy", 0.0f).number("Rotation", 0.0f);
+  compiler.add_closure(use, weight, normals.values, p.values());
+}
+
+void metallic(Compiler& compiler, int node, const Value& weight) {
+  if (compiler.text(node, "fresnel_type", "F82") != "F82")
+    compiler.warn_unsupported(node, "metals given by index and extinction use the base colour and edge tint");
+  ClosureUse use{};
+  use.kind = ClosureKind::metallic;
+  use.model = gloss_model(compiler, node, "MULTI_GGX");
+  Normals normals;
+  normals.add(compiler, node, use, "Normal");
+  normals.add_tangent(compiler, node, use, "Anisotropy");
+  Parameters p(compiler, node);
+  p.color("Base Color", Color(0.617f, 0.577f, 0.540f)).number("Roughness", 0.5f).number("Anisotropy", 0.0f);
+  p.number("Rotation", 0.0f).color("Edge Tint", Color(0.695f, 0.726f, 0.770f));
+  compiler.add_closure(use, weight, normals.values, p.values());
+}
+
+// What is rendered by the diffuse closure for now.
+void diffuse_stand_in(Compiler& compiler, int node, const Value& weight, const char* what) {
+  compiler.warn_unsupported(node, what);
+  Parameters p(compiler, node);
+  p.color("Color", Color(0.8f)).constant(0.0f);
+  simple(compiler, node, weight, ClosureKind::diffuse, p);
+}
+
+using ClosureNode = void (*)(Compiler&, int node, const Value& weight);
+
+const std::map<std::string, ClosureNode>& closure_nodes() {
+  static const std::map<std::string, ClosureNode> nodes{
+      {"BsdfPrincipled", principled},
+      {"BsdfDiffuse",
+       [](Compiler& c, int n, const Value& w) {
+         simple(c, n, w, ClosureKind::diffuse, Parameters(c, n).color("Color", Color(0.8f)).number("Roughness", 0.0f));
+       }},
+      {"BsdfGlossy", glossy},
+      {"BsdfAnisotropic", glossy},
+      {"BsdfMetallic", metallic},
+      {"BsdfGlass",
+       [](Compiler& c, int n, const Value& w) {
+         simple(c, n, w, ClosureKind::glass,
+                Parameters(c, n).color("Color", Color(1.0f)).number("Roughness", 0.0f).number("IOR", 1.45f),
+                gloss_model(c, n, "GGX"));
+       }},
+      {"BsdfRefraction",
+       [](Compiler& c, int n, const Value& w) {
+         simple(c, n, w, ClosureKind::refraction,
+                Parameters(c, n).color("Color", Color(1.0f)).number("Roughness", 0.0f).number("IOR", 1.45f),
+                gloss_model(c, n, "GGX"));
+       }},
+      {"BsdfTranslucent",
+       [](Compiler& c, int n, const Value& w) {
+         simple(c, n, w, ClosureKind::translucent, Parameters(c, n).color("Color", Color(0.8f)));
+       }},
+      {"BsdfTransparent",
+       [](Compiler& c, int n, const Value& w) {
+         simple(c, n, w, ClosureKind::transparent, Parameters(c, n).color("Color", Color(1.0f)));
+       }},
+      {"BsdfVelvet",
+       [](Compiler& c, int n, const Value& w) {
+         simple(c, n, w, ClosureKind::velvet, Parameters(c, n).color("Color", Color(0.8f)).number("Sigma", 1.0f));
+       }},
+      {"BsdfSheen",
+       [](Compiler& c, int n, const Value& w) {
+         simple(c, n, w, ClosureKind::sheen, Parameters(c, n).color("Color", Color(0.8f)).number("Roughness", 0.5f));
+       }},
+      {"Emission",
+       [](Compiler& c, int n, const Value& w) {
+         add_emission(c, n, c.color(n, "Color", Color(1.0f), 0), c.number(n, "Strength", 1.0f, 0), w);
+       }},
+      {"Background",
+       [](Compiler& c, int n, const Value& w) {
+         add_emission(c, n, c.color(n, "Color", Color(0.8f), 0), c.number(n, "Strength", 1.0f, 0), w);
+       }},
+  };
+  return nodes;
+}
+
+const std::map<std::string, ClosureNode>& stand_ins() {
+  static const std::map<std::string, ClosureNode> nodes{
+      {"SubsurfaceScattering",
+       [](Compiler& c, int n, const Value& w) {
+         diffuse_stand_in(c, n, w, "subsurface scattering is rendered as diffuse reflection");
+       }},
+      {"BsdfToon",
+       [](Compiler& c, int n, const Value& w) { diffuse_stand_in(c, n, w, "it is rendered as diffuse reflection"); }},
+      {"BsdfHair",
+       [](Compiler& c, int n, const Value& w) { diffuse_stand_in(c, n, w, "it is rendered as diffuse reflection"); }},
+      {"BsdfHairPrincipled",
+       [](Compiler& c, int n, const Value& w) { diffuse_stand_in(c, n, w, "it is rendered as diffuse reflection"); }},
+      {"BsdfRayPortal",
+       [](Compiler& c, int n, const Value& w) {
+         c.warn_unsupported(n, "it is rendered as transparent");
+         add_transparent(c, n, c.color(n, "Color", Color(1.0f), 0), w);
+       }},
+      {"Holdout", [](Compiler& c, int n,
+                     const Value&) { c.warn_unsupported(n, "holdout is rendered black, without the hole in alpha"); }},
+      {"EeveeSpecular",
+       [](Compiler& c, int n, const Value& w) {
+         c.warn_unsupported(n, "it is rendered as diffuse reflection of its base colour");
+         Parameters p(c, n);
+         p.color("Base Color", Color(0.8f)).constant(0.0f);
+         simple(c, n, w, ClosureKind::diffuse, p);
+       }},
+      {"VolumePrincipled",
+       [](Compiler& c, int n, const Value&) { c.warn_unsupported(n, "a volume on a surface does nothing"); }},
+      {"VolumeScatter",
+       [](Compiler& c, int n, const Value&) { c.warn_unsupported(n, "a volume on a surface does nothing"); }},
+      {"VolumeAbsorption",
+       [](Compiler& c, int n, const Value&) { c.warn_unsupported(n, "a volume on a surface does nothing"); }},
+  };
+  return nodes;
+}
+
+}  // namespace
+
+bool compile_closure_node(Compiler& compiler, int node, const Value& weight) {
+  const std::string& type = compiler.node(node).type;
+  for (const auto* nodes : {&closure_nodes(), &stand_ins()})
+    if (const auto found = nodes->find(type); found != nodes->end()) {
+      found->second(compiler, node, weight);
+      return true;
+    }
+  return false;
+}
+
+std::vector<std::string> closure_node_types() {
+  std::vector<std::string> types;
+  for (const auto& [type, definition] : closure_nodes()) types.push_back(type);
+  return types;
+}
+
+}  // namespace lambent

@@ -1,0 +1,451 @@
+#include "engine/shading/compiler.h"
+
+#include <algorithm>
+
+#include "engine/base/hash.h"
+
+namespace lambent {
+
+Compiler::Compiler(const ShaderGraph& graph, Subject subject, const std::string& name, const ImageResolver& images,
+                   Report& report)
+    : graph_(graph), subject_(subject), name_(name), images_(images), report_(report), expressions_(*program_) {
+  program_->world = subject == Subject::world;
+}
+
+// --- Reading the graph -----------------------------------------------------------------------------------------------
+
+std::string Compiler::subject_text(int index) const {
+  static constexpr const char* k_kinds[] = {"Material", "World", "Light"};
+  return std::string(k_kinds[static_cast<int>(subject_)]) + " '" + name_ + "', node '" + node(index).name + "' (" +
+         node(index).type + ")";
+}
+
+void Compiler::warn_unsupported(int index, const std::string& what) {
+  if (reported_.insert({index, what}).second)
+    report_.warning("unsupported", name_, subject_text(index) + ": " + what + ".");
+}
+
+TypedValue Compiler::output(const GraphLink& link, int shift) {
+  const TypedValue black{expressions_.vector(Vec3(0.0f)), SocketKind::color};
+  if (link.node < 0 || link.node >= static_cast<int>(graph_.nodes.size())) {
+    report_.warning("broken_graph", name_,
+                    "A link in the shader of '" + name_ + "' leads to a node that does not exist.");
+    return black;
+  }
+  const MemoKey key{link.node, link.socket, shift};
+  if (const auto known = memo_.find(key); known != memo_.end()) return known->second;
+  if (std::find(path_.begin(), path_.end(), link.node) != path_.end()) {
+    std::string loop;
+    for (auto at = std::find(path_.begin(), path_.end(), link.node); at != path_.end(); ++at)
+      loop += (loop.empty() ? "'" : ", '") + node(*at).name + "'";
+    if (reported_.insert({link.node, "loop"}).second)
+      report_.warning("broken_graph", name_,
+                      subject_text(link.node) + ": the nodes " + loop + " form a loop, which is cut here.");
+    return black;
+  }
+  path_.push_back(link.node);
+  TypedValue result = black;
+  const auto& definitions = value_nodes();
+  if (const auto definition = definitions.find(node(link.node).type); definition != definitions.end()) {
+    result = definition->second(*this, link.node, link.socket, shift);
+  } else {
+    warn_unsupported(link.node, "its output '" + link.socket + "' cannot be computed, mid-grey takes its place");
+    result = {expressions_.vector(Vec3(0.5f)), SocketKind::color};
+  }
+  path_.pop_back();
+  memo_[key] = result;
+  return result;
+}
+
+Value Compiler::to_number(const TypedValue& value) {
+  switch (value.kind) {
+    case SocketKind::number:
+      return value.value;
+    case SocketKind::color:
+      return expressions_.operation(Op::luminance, 0, {value.value}, 1);
+    case SocketKind::vector:
+      return expressions_.operation(Op::average, 0, {value.value}, 1);
+  }
+  return value.value;
+}
+
+Value Compiler::to_vector(const TypedValue& value) {
+  if (value.kind != SocketKind::number) return value.value;
+  return expressions_.operation(Op::combine, 0, {value.value, value.value, value.value}, 3);
+}
+
+float Compiler::finite(int index, const char* socket, float x, float otherwise) {
+  if (std::isfinite(x)) return x;
+  if (reported_.insert({index, socket}).second)
+    report_.warning("bad_value", name_,
+                    subject_text(index) + ": its input '" + socket + "' is not a finite number, " +
+                        std::to_string(otherwise) + " takes its place.");
+  return otherwise;
+}
+
+Value Compiler::number(int index, const char* socket, float otherwise, int shift) {
+  const auto input = node(index).inputs.find(socket);
+  if (input == node(index).inputs.end()) return expressions_.number(otherwise);
+  if (const auto* link = std::get_if<GraphLink>(&input->second)) return to_number(output(*link, shift));
+  if (const auto* x = std::get_if<float>(&input->second))
+    return expressions_.number(finite(index, socket, *x, otherwise));
+  if (const auto* b = std::get_if<bool>(&input->second)) return expressions_.number(*b ? 1.0f : 0.0f);
+  if (const auto* v = std::get_if<GraphNumbers>(&input->second))
+    if (!v->empty()) return expressions_.number(finite(index, socket, (*v)[0], otherwise));
+  return expressions_.number(otherwise);
+}
+
+Value Compiler::vector(int index, const char* socket, const Vec3& otherwise, int shift) {
+  const auto input = node(index).inputs.find(socket);
+  if (input == node(index).inputs.end()) return expressions_.vector(otherwise);
+  if (const auto* link = std::get_if<GraphLink>(&input->second)) return to_vector(output(*link, shift));
+  if (const auto* x = std::get_if<float>(&input->second))
+    return expressions_.vector(Vec3(finite(index, socket, *x, otherwise.x)));
+  if (const auto* v = std::get_if<GraphNumbers>(&input->second)) {
+    const auto at = [&](int i) {
+      return i < static_cast<int>(v->size()) ? finite(index, socket, (*v)[i], otherwise[i]) : 0.0f;
+    };
+    return expressions_.vector({at(0), at(1), at(2)});
+  }
+  return expressions_.vector(otherwise);
+}
+
+Value Compiler::color(int index, const char* socket, const Color& otherwise, int shift) {
+  return vector(index, socket, otherwise, shift);
+}
+
+bool Compiler::is_linked(int index, const char* socket) const {
+  const auto input = node(index).inputs.find(socket);
+  return input != node(index).inputs.end() && std::holds_alternative<GraphLink>(input->second);
+}
+bool Compiler::has_input(int index, const char* socket) const { return node(index).inputs.contains(socket); }
+
+bool Compiler::output_used(int index, const char* socket) const {
+  for (const GraphNode& other : graph_.nodes)
+    for (const auto& [name, value] : other.inputs)
+      if (const auto* link = std::get_if<GraphLink>(&value); link && link->node == index && link->socket == socket)
+        return true;
+  return false;
+}
+
+Value Compiler::vector_or(int index, const char* socket, int shift, Value (Compiler::*otherwise)(int)) {
+  return is_linked(index, socket) ? vector(index, socket, Vec3(0.0f), shift) : (this->*otherwise)(shift);
+}
+
+std::string Compiler::text(int index, const char* property, const char* otherwise) const {
+  const auto& properties = node(index).properties;
+  const auto found = properties.find(property);
+  if (found == properties.end()) return otherwise;
+  const auto* value = std::get_if<std::string>(&found->second);
+  return value ? *value : otherwise;
+}
+float Compiler::property(int index, const char* property, float otherwise) const {
+  const auto found = node(index).properties.find(property);
+  if (found == node(index).properties.end()) return otherwise;
+  if (const auto* x = std::get_if<float>(&found->second)) return std::isfinite(*x) ? *x : otherwise;
+  if (const auto* b = std::get_if<bool>(&found->second)) return *b ? 1.0f : 0.0f;
+  return otherwise;
+}
+bool Compiler::flag(int index, const char* property, bool otherwise) const {
+  return this->property(index, property, otherwise ? 1.0f : 0.0f) != 0.0f;
+}
+
+int Compiler::choice(int index, const char* property, const std::vector<const char*>& names) {
+  const std::string value = text(index, property, names[0]);
+  for (size_t i = 0; i < names.size(); ++i)
+    if (value == names[i]) return static_cast<int>(i);
+  warn_unsupported(index, std::string(property) + " '" + value + "' is not known, '" + names[0] + "' takes its place");
+  return 0;
+}
+
+// --- What unconnected inputs stand for -------------------------------------------------------------------------------
+
+Value Compiler::attribute(AttributeRequest::Kind kind, const std::string& name, int shift) {
+  const AttributeRequest request{kind, name};
+  auto& requests = program_->requests;
+  auto found = std::find(requests.begin(), requests.end(), request);
+  if (found == requests.end()) {
+    if (requests.size() >= k_max_attributes) {
+      if (reported_.insert({-1, "attributes"}).second)
+        report_.warning("unsupported", name_,
+                        "The shader of '" + name_ + "' reads more than " + std::to_string(k_max_attributes) +
+                            " attributes; '" + name + "' and later ones count as 0.");
+      return expressions_.operation(Op::combine, 0,
+                                    {expressions_.number(0), expressions_.number(0), expressions_.number(0)}, 4);
+    }
+    requests.push_back(request);
+    found = requests.end() - 1;
+  }
+  if (shift) program_->traits.needs_differentials = true;
+  return expressions_.operation(Op::attribute, shift, {}, 4, static_cast<uint32_t>(found - requests.begin()));
+}
+
+Value Compiler::uv(int shift) {
+  if (is_world()) return expressions_.vector(Vec3(0.0f));
+  return expressions_.part(attribute(AttributeRequest::Kind::uv, "", shift), 0, 3);
+}
+Value Compiler::generated(int shift) {
+  if (is_world()) return position(shift);
+  return expressions_.part(attribute(AttributeRequest::Kind::generated, "", shift), 0, 3);
+}
+Value Compiler::position(int shift) {
+  if (shift) program_->traits.needs_differentials = true;
+  return expressions_.operation(Op::position, shift, {}, 3);
+}
+Value Compiler::normal(int) {
+  if (bumped_normal_.expression >= 0) return bumped_normal_;
+  return expressions_.operation(Op::normal, 0, {}, 3);
+}
+Value Compiler::tangent(int shift) { return expressions_.operation(Op::default_tangent, 0, {generated(shift)}, 3); }
+
+uint32_t Compiler::texture(int index, Projection projection) {
+  const std::string id = text(index, "image", "");
+  TextureUse use;
+  use.projection = projection;
+  use.projection_blend = property(index, "projection_blend", 0.0f);
+  static const std::vector<const char*> interpolations{"Linear", "Closest", "Cubic", "Smart"};
+  static constexpr TextureInterpolation k_interpolations[] = {TextureInterpolation::linear,
+                                                              TextureInterpolation::closest,
+                                                              TextureInterpolation::cubic, TextureInterpolation::cubic};
+  use.interpolation = k_interpolations[choice(index, "interpolation", interpolations)];
+  static const std::vector<const char*> extensions{"REPEAT", "EXTEND", "CLIP", "MIRROR"};
+  static constexpr TextureExtension k_extensions[] = {TextureExtension::repeat, TextureExtension::extend,
+                                                      TextureExtension::clip, TextureExtension::mirror};
+  use.extension = k_extensions[choice(index, "extension", extensions)];
+  use.straight_color = output_used(index, "Alpha");
+  const std::string key = id + "|" + std::to_string(index);
+  if (const auto known = texture_indices_.find(key); known != texture_indices_.end()) return known->second;
+  if (!id.empty() && images_) use.texture = images_(id);
+  if (!use.texture)
+    report_.error("missing_texture", name_,
+                  subject_text(index) + ": " +
+                      (id.empty() ? "it has no image" : "the image '" + id + "' does not exist") +
+                      ", pink takes its place.");
+  const auto place = static_cast<uint32_t>(program_->textures.size());
+  program_->textures.push_back(std::move(use));
+  texture_indices_[key] = place;
+  return place;
+}
+
+// --- Closures
+// ----------------------------------------------------------------------------------------------------------
+
+void Compiler::add_closures(const GraphLink& link, const Value& weight) {
+  if (expressions_.is_number(weight, 0.0f)) return;
+  if (link.node < 0 || link.node >= static_cast<int>(graph_.nodes.size())) {
+    report_.warning("broken_graph", name_,
+                    "A link in the shader of '" + name_ + "' leads to a node that does not exist.");
+    return;
+  }
+  if (std::find(path_.begin(), path_.end(), link.node) != path_.end()) {
+    report_.warning("broken_graph", name_, subject_text(link.node) + ": it is part of a loop, which is cut here.");
+    return;
+  }
+  path_.push_back(link.node);
+  const std::string& type = node(link.node).type;
+  const auto follow = [&](const char* socket, const Value& share) {
+    const auto input = node(link.node).inputs.find(socket);
+    if (input == node(link.node).inputs.end()) return;
+    if (const auto* next = std::get_if<GraphLink>(&input->second)) add_closures(*next, share);
+  };
+  if (type == "MixShader") {
+    const Value factor = number(link.node, "Fac", 0.5f, 0);
+    follow("Shader", expressions_.operation(Op::mix_weight_first, 0, {weight, factor}, 1));
+    follow("Shader_001", expressions_.operation(Op::mix_weight_second, 0, {weight, factor}, 1));
+  } else if (type == "AddShader") {
+    follow("Shader", weight);
+    follow("Shader_001", weight);
+  } else if (!compile_closure_node(*this, link.node, weight)) {
+    // A colour or value plugged into a shader socket emits, as in Blender; anything else is unknown.
+    if (value_nodes().contains(type)) {
+      ClosureUse use{};
+      use.kind = ClosureKind::emission;
+      const Value color = to_vector(output(link, 0));
+      add_closure(use, weight, {},
+                  {expressions_.part(color, 0, 1), expressions_.part(color, 1, 1), expressions_.part(color, 2, 1)});
+    } else {
+      warn_unsupported(link.node, "the shader is not known, a grey diffuse one takes its place");
+      ClosureUse use{};
+      use.kind = ClosureKind::diffuse;
+      const Value grey = color(link.node, "Color", Color(0.8f), 0);
+      add_closure(use, weight, {},
+                  {expressions_.part(grey, 0, 1), expressions_.part(grey, 1, 1), expressions_.part(grey, 2, 1),
+                   expressions_.number(0.0f)});
+    }
+  }
+  path_.pop_back();
+}
+
+void Compiler::add_closure(ClosureUse use, const Value& weight, const std::vector<Value>& normals,
+                           const std::vector<Value>& parameters) {
+  if (expressions_.is_number(weight, 0.0f)) return;
+  use.parameter_count = static_cast<int>(parameters.size());
+  bool constant = true;
+  float values[k_max_closure_parameters] = {};
+  for (size_t i = 0; i < parameters.size(); ++i) {
+    constant &= expressions_.is_constant(parameters[i]);
+    if (expressions_.is_constant(parameters[i])) values[i] = *expressions_.constant(parameters[i]);
+  }
+  const bool black = constant && values[0] == 0.0f && values[1] == 0.0f && values[2] == 0.0f;
+  const bool plain = use.kind != ClosureKind::principled_1 && use.kind != ClosureKind::principled_2 &&
+                     use.kind != ClosureKind::metallic;
+  if (black && plain) return;
+  if (constant && !closure_depends_on_view(use.kind)) {
+    use.constant = true;
+    make_lobes(use.kind, use.model, values, false, 1.0f, use.front);
+    make_lobes(use.kind, use.model, values, true, 1.0f, use.back);
+  }
+  const bool emits =
+      use.kind == ClosureKind::emission ||
+      (use.kind == ClosureKind::principled_2 &&
+       !(expressions_.is_constant(parameters[parameters.size() - 1]) &&
+         expressions_.is_constant(parameters[parameters.size() - 2]) &&
+         expressions_.is_constant(parameters[parameters.size() - 3]) && values[parameters.size() - 1] == 0.0f &&
+         values[parameters.size() - 2] == 0.0f && values[parameters.size() - 3] == 0.0f));
+  const bool transparent = use.kind == ClosureKind::transparent;
+  const auto index = static_cast<uint32_t>(program_->closures.size());
+  std::vector<Value> operands{weight};
+  operands.insert(operands.end(), normals.begin(), normals.end());
+  operands.insert(operands.end(), parameters.begin(), parameters.end());
+  program_->closures.push_back(std::move(use));
+  surface_.push_back({index, operands});
+  if (emits) emission_.push_back({index, operands});
+  if (transparent) transparency_.push_back({index, operands});
+  program_->traits.emits |= emits;
+  program_->traits.may_be_transparent |= transparent;
+  program_->traits.scatters |= !transparent && program_->closures.back().kind != ClosureKind::emission;
+}
+
+// --- The whole
+// ---------------------------------------------------------------------------------------------------------
+
+std::shared_ptr<const Program> Compiler::compile() {
+  if (graph_.volume) {
+    report_.warning("unsupported", name_, "The volume of '" + name_ + "' is not rendered yet; its surface is.");
+  }
+  if (graph_.displacement && subject_ == Subject::material) {
+    // As Blender's default method, bump only: the displaced height at three points turns the normal.
+    const TypedValue here = output(*graph_.displacement, 0);
+    const Value n = expressions_.operation(Op::normal, 0, {}, 3);
+    const auto height = [&](const TypedValue& displacement) {
+      return expressions_.operation(Op::vector_math_float, static_cast<int>(VectorOperation::dot),
+                                    {to_vector(displacement), n}, 1);
+    };
+    const Value h = height(here), hx = height(output(*graph_.displacement, 1)),
+                hy = height(output(*graph_.displacement, 2));
+    if (!(h == hx && h == hy)) {
+      bumped_normal_ =
+          expressions_.operation(Op::bump, 0, {n, expressions_.number(1.0f), expressions_.number(1.0f), h, hx, hy}, 3);
+      program_->traits.needs_differentials = true;
+      memo_.clear();  // values that used the unbumped normal
+    }
+  }
+  if (graph_.surface) add_closures(*graph_.surface, expressions_.number(1.0f));
+  return finish();
+}
+
+std::shared_ptr<const Program> Compiler::finish() {
+  ProgramTraits& traits = program_->traits;
+  // Constants need no code: their lobes are ready.
+  for (auto* list : {&surface_})
+    for (Expressions::Closure& closure : *list) {
+      const ClosureUse& use = program_->closures[closure.index];
+      if (use.constant && use.kind != ClosureKind::emission)
+        closure.operands.resize(closure.operands.size() - use.parameter_count);
+    }
+  const bool fits = expressions_.generate(surface_, program_->surface) &&
+                    expressions_.generate(transparency_, program_->transparency) &&
+                    expressions_.generate(emission_, program_->emission);
+  if (!fits) {
+    report_.error("unsupported", name_, "The shader of '" + name_ + "' is too large; a grey one takes its place.");
+    return default_material();
+  }
+  if (traits.emits) {
+    traits.constant_emission = true;
+    Color sum(0.0f);
+    for (const Expressions::Closure& closure : emission_) {
+      const ClosureUse& use = program_->closures[closure.index];
+      bool constant = use.kind == ClosureKind::emission;
+      for (const Value& operand : closure.operands) constant &= expressions_.is_constant(operand);
+      if (!constant) {
+        traits.constant_emission = false;
+        break;
+      }
+      const float weight = *expressions_.constant(closure.operands[0]);
+      for (int k = 0; k < 3; ++k) sum[k] += weight * *expressions_.constant(closure.operands[1 + k]);
+    }
+    if (traits.constant_emission) {
+      traits.emission = sum;
+      if (is_black(sum)) traits.emits = traits.constant_emission = false;
+    }
+  }
+  const bool estimate = traits.emits && !traits.constant_emission;
+  auto program = std::make_shared<Program>(std::move(program_));
+  if (!estimate) return program;
+
+  // Mean emission over a spread of directions, coordinates and sides, with textures at their mean
+  Color sum(0.0f);
+  constexpr int k_samples = 256;
+  for (int i = 0; i < k_samples; ++i) {
+    const auto random = [&](uint32_t dimension) { return unit_float(hash_combine(hash_u32(i), dimension)); };
+    ShadingPoint point;
+    const float z = 1.0f - 2.0f * random(0), r = safe_sqrt(1.0f - z * z), phi = 2.0f * k_pi * random(1);
+    point.wi_world = {r * std::cos(phi), r * std::sin(phi), z};
+    const Vec3 n = z >= 0.0f ? Vec3(0, 0, 1) : Vec3(0, 0, -1);
+    point.ng_world = point.ns_world = n;
+    point.backfacing = z < 0.0f;
+    point.p_world = {random(2) * 2 - 1, random(3) * 2 - 1, random(4) * 2 - 1};
+    point.ray_kind = i & 1 ? k_ray_diffuse : k_ray_camera;
+    for (AttributeValue& attribute : point.attributes) attribute.value = {random(5), random(6), random(7), 1.0f};
+    const Color radiance = program->emission(point, nullptr);
+    for (int k = 0; k < 3; ++k)
+      if (std::isfinite(radiance[k])) sum[k] += std::clamp(radiance[k], 0.0f, 1e15f);
+  }
+  program->set_emission_estimate(sum * (1.0f / k_samples));
+  return program;
+}
+
+// --- Entry points --------------------------------------------------------------------------------------------------
+
+std::shared_ptr<const Program> compile_material(const ShaderGraph& graph, const std::string& material_name,
+                                                const ImageResolver& images, Report& report) {
+  return Compiler(graph, Subject::material, material_name, images, report).compile();
+}
+std::shared_ptr<const Program> compile_world(const ShaderGraph& graph, const std::string& world_name,
+                                             const ImageResolver& images, Report& report) {
+  return Compiler(graph, Subject::world, world_name, images, report).compile();
+}
+std::shared_ptr<const Program> compile_light(const ShaderGraph& graph, const std::string& light_name,
+                                             const ImageResolver& images, Report& report) {
+  if (graph.surface) return Compiler(graph, Subject::light, light_name, images, report).compile();
+  ShaderGraph white;
+  GraphNode emission;
+  emission.name = emission.type = "Emission";
+  emission.inputs["Color"] = GraphNumbers{1, 1, 1, 1};
+  emission.inputs["Strength"] = 1.0f;
+  white.nodes.push_back(std::move(emission));
+  white.surface = GraphLink{0, "Emission"};
+  return Compiler(white, Subject::light, light_name, images, report).compile();
+}
+
+std::shared_ptr<const Program> default_material() {
+  ShaderGraph graph;
+  GraphNode diffuse;
+  diffuse.name = diffuse.type = "BsdfDiffuse";
+  graph.nodes.push_back(std::move(diffuse));
+  graph.surface = GraphLink{0, "BSDF"};
+  Report report;
+  const ImageResolver images;
+  return Compiler(graph, Subject::material, "default", images, report).compile();
+}
+
+std::vector<std::string> supported_node_types() {
+  std::vector<std::string> types = closure_node_types();
+  types.push_back("MixShader");
+  types.push_back("AddShader");
+  for (const auto& [type, definition] : value_nodes()) types.push_back(type);
+  std::sort(types.begin(), types.end());
+  return types;
+}
+
+}  // namespace lambent

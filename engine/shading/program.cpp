@@ -1,0 +1,170 @@
+#include "engine/shading/program.h"
+
+#include "engine/shading/node_math.h"
+#include "engine/shading/program_data.h"
+
+namespace lambent {
+namespace {
+
+// What a closure instruction adds to, by what was asked.
+struct SurfaceSink {
+  Bsdf& bsdf;
+  const ShadingPoint& point;
+  Vec3 default_normal{0.0f};  // made valid on first use
+  bool has_default_normal = false;
+
+  const Vec3& normal() {
+    if (!has_default_normal) {
+      default_normal = valid_reflection_normal(point.ng_world, point.wi_world, point.ns_world);
+      has_default_normal = true;
+    }
+    return default_normal;
+  }
+};
+
+const float* at(const ProgramData& program, const float* registers, Operand operand) {
+  return operand >= 0 ? registers + operand : program.constants.data() + ~operand;
+}
+Vec3 vector_at(const ProgramData& program, const float* registers, Operand operand) {
+  const float* p = at(program, registers, operand);
+  return {p[0], p[1], p[2]};
+}
+
+// A usable normal from the graph: unit, or the default.
+Vec3 checked_normal(const ShadingPoint& point, const Vec3& n, const Vec3& otherwise) {
+  const Vec3 unit = is_finite(n) ? normalize(n) : Vec3(0.0f);
+  if (length_squared(unit) == 0.0f) return otherwise;
+  return valid_reflection_normal(point.ng_world, point.wi_world, unit);
+}
+
+void add_closure(const ProgramData& program, const Instruction& instruction, const float* registers,
+                 SurfaceSink& sink) {
+  const ClosureUse& use = program.closures[instruction.data];
+  const Operand* operand = program.operands.data() + instruction.operands;
+  const float weight = *at(program, registers, *operand++);
+  if (!(weight > 0.0f)) return;
+  const ShadingPoint& point = sink.point;
+  Vec3 n, coat_normal, tangent(0.0f);
+  n = use.has_normal ? checked_normal(point, vector_at(program, registers, *operand++), point.ns_world) : sink.normal();
+  coat_normal = use.has_coat_normal ? checked_normal(point, vector_at(program, registers, *operand++), point.ns_world)
+                                    : sink.normal();
+  if (use.has_tangent) tangent = vector_at(program, registers, *operand++);
+
+  LobeTemplates made;
+  const LobeTemplates* templates = point.backfacing ? &use.back : &use.front;
+  if (!use.constant) {
+    float parameters[k_max_closure_parameters];
+    for (int i = 0; i < use.parameter_count; ++i) parameters[i] = *at(program, registers, operand[i]);
+    make_lobes(use.kind, use.model, parameters, point.backfacing, std::fabs(dot(n, point.wi_world)), made);
+    templates = &made;
+  }
+  sink.bsdf.add_emission(templates->emission * weight);
+  for (int i = 0; i < templates->count; ++i) {
+    const LobeTemplates::Entry& entry = templates->entries[i];
+    Lobe lobe = entry.lobe;
+    lobe.weight *= weight;
+    lobe.n = entry.coat ? coat_normal : n;
+    if (entry.anisotropic)
+      lobe.tangent = entry.rotation != 0.0f ? rotate_around_axis(tangent, n, entry.rotation * 2.0f * k_pi) : tangent;
+    sink.bsdf.add(lobe);
+  }
+}
+
+// Emission or transparency of one closure; weight included.
+Color sum_closure(const ProgramData& program, const Instruction& instruction, const float* registers,
+                  const ShadingPoint& point) {
+  const ClosureUse& use = program.closures[instruction.data];
+  const Operand* operand = program.operands.data() + instruction.operands;
+  const float weight = *at(program, registers, *operand++);
+  if (!(weight > 0.0f)) return Color(0.0f);
+  operand += use.has_normal + use.has_coat_normal + use.has_tangent;
+  float parameters[k_max_closure_parameters];
+  for (int i = 0; i < use.parameter_count; ++i) parameters[i] = *at(program, registers, operand[i]);
+  Color color(parameters[0], parameters[1], parameters[2]);
+  if (use.kind == ClosureKind::principled_2) {
+    LobeTemplates made;
+    Vec3 n = use.has_normal
+                 ? vector_at(program, registers, operand[-use.has_normal - use.has_coat_normal - use.has_tangent])
+                 : point.ns_world;
+    make_lobes(use.kind, use.model, parameters, point.backfacing, std::fabs(dot(n, point.wi_world)), made);
+    color = made.emission;
+  } else if (use.kind == ClosureKind::transparent) {
+    color = Color(std::max(color.x, 0.0f), std::max(color.y, 0.0f), std::max(color.z, 0.0f));
+  }
+  color *= weight;
+  return is_finite(color) ? color : Color(0.0f);
+}
+
+template <int registers_count>
+void run_surface(const ProgramData& program, const ShadingPoint& point, const TextureSystem* textures, Bsdf& bsdf) {
+  float registers[registers_count];
+  SurfaceSink sink{bsdf, point, Vec3(0.0f), false};
+  for (const Instruction& instruction : program.surface.instructions) {
+    if (instruction.op != Op::closure) {
+      run_instruction(program, instruction, point, textures, registers);
+    } else if (program.closures[instruction.data].kind == ClosureKind::emission) {
+      bsdf.add_emission(sum_closure(program, instruction, registers, point));
+    } else {
+      add_closure(program, instruction, registers, sink);
+    }
+  }
+}
+
+template <int registers_count>
+Color run_sum(const ProgramData& program, const Code& code, const ShadingPoint& point, const TextureSystem* textures) {
+  float registers[registers_count];
+  Color sum(0.0f);
+  for (const Instruction& instruction : code.instructions) {
+    if (instruction.op != Op::closure)
+      run_instruction(program, instruction, point, textures, registers);
+    else
+      sum += sum_closure(program, instruction, registers, point);
+  }
+  return sum;
+}
+
+Color sum_code(const ProgramData& program, const Code& code, const ShadingPoint& point, const TextureSystem* textures) {
+  if (code.instructions.empty()) return Color(0.0f);
+  if (code.register_floats <= 64) return run_sum<64>(program, code, point, textures);
+  if (code.register_floats <= 512) return run_sum<512>(program, code, point, textures);
+  return run_sum<k_max_registers>(program, code, point, textures);
+}
+
+}  // namespace
+
+Program::Program(std::unique_ptr<const ProgramData> data) : data_(std::move(data)), traits_(data_->traits) {}
+Program::~Program() = default;
+
+std::span<const AttributeRequest> Program::attribute_requests() const { return data_->requests; }
+
+void Program::evaluate(const ShadingPoint& point, const TextureSystem* textures, Bsdf& bsdf) const {
+  bsdf.begin(point);
+  const int floats = data_->surface.register_floats;
+  if (floats <= 64)
+    run_surface<64>(*data_, point, textures, bsdf);
+  else if (floats <= 512)
+    run_surface<512>(*data_, point, textures, bsdf);
+  else
+    run_surface<k_max_registers>(*data_, point, textures, bsdf);
+}
+
+Color Program::transparency(const ShadingPoint& point, const TextureSystem* textures) const {
+  return sum_code(*data_, data_->transparency, point, textures);
+}
+
+Color Program::emission(const ShadingPoint& point, const TextureSystem* textures) const {
+  if (traits_.constant_emission) return traits_.emission;
+  return sum_code(*data_, data_->emission, point, textures);
+}
+
+size_t Program::bytes() const {
+  size_t sum = sizeof(*this) + sizeof(ProgramData);
+  for (const Code* code : {&data_->surface, &data_->transparency, &data_->emission})
+    sum += code->instructions.capacity() * sizeof(Instruction);
+  sum += data_->operands.capacity() * sizeof(Operand) + data_->constants.capacity() * sizeof(float);
+  sum += data_->textures.capacity() * sizeof(TextureUse) + data_->closures.capacity() * sizeof(ClosureUse);
+  for (const std::vector<float>& table : data_->tables) sum += table.capacity() * sizeof(float);
+  return sum;
+}
+
+}  // namespace lambent

@@ -1,0 +1,246 @@
+// A compiled program: instructions over registers of floats, constants, and tables. Built by the compiler, run by
+// program.cpp.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "engine/assets/texture_system.h"
+#include "engine/shading/closures.h"
+#include "engine/shading/program.h"
+
+namespace lambent {
+
+/// What an instruction computes. Results: f a float, v three floats, c4 four (colour and alpha or factor).
+enum class Op : uint8_t {
+  // Inputs. `variant` 0, 1, 2: at the point, one pixel footprint along x, along y (for bump).
+  position,
+  normal,
+  true_normal,
+  incoming,
+  default_tangent,
+  parametric,
+  backfacing,
+  random_per_island,
+  attribute,  // c4; data: index of the request
+  object_position,
+  object_normal,
+  object_location,
+  reflection,
+  light_path,  // f; variant: LightPathField
+  object_index,
+  material_index,
+  object_random,
+  view_distance,
+  // Arithmetic
+  math,               // f(a, b, c); variant: MathOperation
+  vector_math,        // v(a, b, c, scale); variant: VectorOperation
+  vector_math_float,  // f
+  blend,              // v(factor, a, b); variant: Blend
+  mix_float,
+  mix_vector,
+  mix_vector_by_vector,  // (factor, a, b)
+  clamp,
+  clamp_range,
+  clamp_color,  // clamp_color: v in [0, 1]
+  map_range,
+  map_range_vector,  // variant: MapRange
+  mapping,           // v(vector, location, rotation, scale); variant: MappingType
+  vector_rotate,     // v(vector, center, axis, angle, euler); variant: RotateType
+  vector_transform,  // v; variant: bits of TransformKind
+  combine,           // v(x, y, z)
+  convert_color,     // v; variant: ColorModel
+  luminance,
+  average,
+  length,
+  scale_color,  // v(color, f)
+  multiply,     // f(a, b): weights of closures
+  mix_weight_first,
+  mix_weight_second,  // f(weight, factor): weight·(1 − clamped factor), weight·clamped factor
+  invert,
+  gamma,
+  bright_contrast,
+  hue_saturation,
+  ramp,         // c4(factor); data: table
+  curves,       // v(factor, color); data: table
+  float_curve,  // f(factor, value); data: table
+  // Shading
+  fresnel,
+  layer_weight_fresnel,
+  layer_weight_facing,
+  normal_map,      // v(color, strength[, tangent c4]); variant: NormalSpace
+  bump,            // v(normal, strength, distance, h, hx, hy); variant: 1 inverts
+  normal_dot,      // f(a, b)
+  radial_tangent,  // v(generated); variant: axis
+  world_tangent,   // v(tangent)
+  blackbody,
+  // Textures
+  texture_image,        // c4(vector); data: texture
+  texture_environment,  // c4(vector); data: texture
+  noise,
+  white_noise,
+  checker,
+  gradient,
+  sky,  // v(direction); data: table
+  // Closures
+  closure  // data: closure
+};
+
+enum class LightPathField : uint8_t {
+  camera,
+  shadow,
+  diffuse,
+  glossy,
+  singular,
+  reflection,
+  transmission,
+  volume_scatter,
+  length,
+  depth,
+  diffuse_depth,
+  glossy_depth,
+  transparent_depth,
+  transmission_depth
+};
+
+enum class MathOperation : uint8_t {
+  add,
+  subtract,
+  multiply,
+  divide,
+  multiply_add,
+  power,
+  logarithm,
+  sqrt,
+  inverse_sqrt,
+  absolute,
+  exponent,
+  minimum,
+  maximum,
+  less_than,
+  greater_than,
+  sign,
+  compare,
+  smooth_min,
+  smooth_max,
+  round,
+  floor,
+  ceil,
+  truncate,
+  fraction,
+  modulo,
+  floored_modulo,
+  wrap,
+  snap,
+  pingpong,
+  sine,
+  cosine,
+  tangent,
+  arcsine,
+  arccosine,
+  arctangent,
+  arctan2,
+  sinh,
+  cosh,
+  tanh,
+  radians,
+  degrees
+};
+
+enum class VectorOperation : uint8_t {
+  add,
+  subtract,
+  multiply,
+  divide,
+  multiply_add,
+  cross,
+  project,
+  reflect,
+  refract,
+  faceforward,
+  dot,
+  distance,
+  length,
+  scale,
+  normalize,
+  absolute,
+  power,
+  sign,
+  minimum,
+  maximum,
+  floor,
+  ceil,
+  fraction,
+  modulo,
+  wrap,
+  snap,
+  sine,
+  cosine,
+  tangent
+};
+
+enum class MapRange : uint8_t { linear, stepped, smoothstep, smootherstep };
+enum class MappingType : uint8_t { point, texture, vector, normal };
+enum class RotateType : uint8_t { axis_angle, x, y, z, euler };
+enum class ColorModel : uint8_t { rgb_to_hsv, hsv_to_rgb, rgb_to_hsl, hsl_to_rgb };
+enum class NormalSpace : uint8_t { tangent, object, world, blender_object, blender_world };
+enum class GradientType : uint8_t { linear, quadratic, easing, diagonal, spherical, quadratic_sphere, radial };
+enum class Projection : uint8_t { flat, box, sphere, tube, equirectangular, mirror_ball };
+
+/// Register offsets are >= 0; constants are ~index into ProgramData::constants.
+using Operand = int32_t;
+
+struct Instruction {
+  Op op;
+  uint8_t variant = 0;
+  uint16_t out = 0;
+  uint32_t operands = 0;  ///< first, in ProgramData::operands
+  uint32_t data = 0;
+};
+
+struct TextureUse {
+  TextureHandle texture;
+  TextureInterpolation interpolation = TextureInterpolation::linear;
+  TextureExtension extension = TextureExtension::repeat;
+  Projection projection = Projection::flat;
+  float projection_blend = 0.0f;
+  bool straight_color = false;
+};
+
+struct ClosureUse {
+  ClosureKind kind;
+  GlossModel model = GlossModel::ggx;
+  bool has_normal = false, has_coat_normal = false, has_tangent = false;
+  /// Operands: weight, then normal, coat normal, tangent as present, then one per parameter (floats).
+  bool constant = false;  ///< parameters are: `front` and `back` are ready
+  LobeTemplates front, back;
+  int parameter_count = 0;
+};
+
+/// One of the sequences that a program is compiled into.
+struct Code {
+  std::vector<Instruction> instructions;
+  int register_floats = 0;
+};
+
+class ProgramData {
+ public:
+  Code surface, transparency, emission;
+  bool world = false;
+  std::vector<Operand> operands;
+  std::vector<float> constants;
+  std::vector<TextureUse> textures;
+  std::vector<ClosureUse> closures;
+  std::vector<std::vector<float>> tables;  ///< ramps: 256 · rgba; curves; skies
+  std::vector<AttributeRequest> requests;
+  ProgramTraits traits;
+};
+
+inline constexpr int k_max_registers = 4096;  ///< floats: 16 KiB of stack
+
+/// Runs one value instruction (not Op::closure): also what folds constants.
+/// @param registers of the program; @param point may be any for instructions that read no input.
+void run_instruction(const ProgramData& program, const Instruction& instruction, const ShadingPoint& point,
+                     const TextureSystem* textures, float* registers);
+
+}  // namespace lambent

@@ -417,7 +417,6 @@ EmissionPdf Lamp::pdf_emission(const Vec3& direction_from_light, float scene_rad
 }
 
 // --- LampBvh
-// ----------------------------------------------------------------------------------------------------------
 
 LampBvh::LampBvh(std::span<const Lamp> lamps, std::vector<LightIndex> sized) : order_(std::move(sized)) {
   if (order_.empty()) return;

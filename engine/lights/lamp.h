@@ -26,7 +26,8 @@ struct LampSample {
 /// Point and spot lamps with a radius are disks of that radius that face the receiver, of radiance energy / (4 pi · pi
 /// r²); so from the lamp's side a ray at distance b from the centre is seen by receivers beyond b² / sqrt(r² - b²)
 /// along it, which is where sample_emission starts rays. Suns are disks one metre away, evenly lit, so their radiance
-/// grows as 1 / cos³ off axis. Spread dims area lamps as a grid of slats would (Cycles D10594).
+/// grows as 1 / cos³ off axis. Spread dims area lamps as a grid of slats would (Cycles D10594); its normalisation is
+/// exact here, while Cycles 3.4.1 loses digits below 5 degrees and shines a quarter too brightly at 1 degree.
 class Lamp {
  public:
   /// `light` must be valid (see validate).

@@ -46,7 +46,6 @@ const LightTraits& LightSet::traits(LightIndex light) const {
 }
 
 // --- Selection
-// --------------------------------------------------------------------------------------------------------
 
 float LightSet::infinite_importance(size_t i, const Vec3& n) const {
   const LightIndex light = infinite_sampled_[i];
@@ -120,7 +119,6 @@ float LightSet::prob_selection(const Vec3& p, const Vec3& n, LightIndex light) c
 }
 
 // --- Sampling for a receiver
-// ------------------------------------------------------------------------------------------
 
 bool LightSet::sample_triangle_light(const Vec3& p, const Vec2& u, LightSample& sample) const {
   const Triangle& t = triangles_[sample.light - first_triangle_];
@@ -201,7 +199,6 @@ float LightSet::pdf_solid_angle(const Vec3& p, const Vec3& n, LightIndex light, 
 }
 
 // --- Hits
-// -------------------------------------------------------------------------------------------------------------
 
 LightHit LightSet::intersect(const Vec3& origin, const Vec3& direction, float t_min, float t_max,
                              uint32_t ray_kinds) const {
@@ -240,7 +237,6 @@ LightIndex LightSet::find_triangle(uint32_t instance, uint32_t triangle) const {
 }
 
 // --- From the lights
-// --------------------------------------------------------------------------------------------------
 
 float LightSet::prob_emission(LightIndex light) const {
   const auto share = [&](size_t group) { return emission_cdf_[group] - (group > 0 ? emission_cdf_[group - 1] : 0.0f); };

@@ -41,7 +41,6 @@ class LightSet {
   size_t bytes() const;
 
   // --- Light as seen from a receiver
-  // -----------------------------------------------------------------------------------
 
   /// Chooses a light and a point on it. `u_select` in [0, 1), `u_position` in [0, 1)². O(log lights).
   LightSample sample(const Vec3& p_world, const Vec3& n_world, float u_select, const Vec2& u_position) const;
@@ -58,7 +57,6 @@ class LightSet {
   float prob_selection(const Vec3& p_world, const Vec3& n_world, LightIndex light) const;
 
   // --- Lights as things that rays hit
-  // ----------------------------------------------------------------------------------
 
   /// Calls visit(const LightHit&) for every lamp with a size that the ray meets in (t_min, t_max) on its emitting side,
   /// in no particular order. As in Cycles, lamps do not block light: a ray that ends on a surface (or leaves the scene)
@@ -93,7 +91,6 @@ class LightSet {
   LightIndex find_triangle(uint32_t instance, uint32_t triangle) const;
 
   // --- Light as seen from the lights
-  // -----------------------------------------------------------------------------------
 
   /// Chooses a light by power, a position on it and a direction. `u_select` in [0, 1), the others in [0, 1)².
   EmissionSample sample_emission(float u_select, const Vec2& u_position, const Vec2& u_direction) const;
@@ -103,7 +100,6 @@ class LightSet {
   EmissionPdf pdf_emission(LightIndex light, const Vec3& n_light_world, const Vec3& direction_from_light_world) const;
 
   // --- Facts about a light
-  // ---------------------------------------------------------------------------------------------
 
   LightKind kind(LightIndex light) const;
   /// Cannot be hit: point and spot without radius, sun without angle.

@@ -12,7 +12,6 @@ namespace lambent {
 namespace {
 
 // --- Packing
-// ----------------------------------------------------------------------------------------------------------
 
 /// Upper half of a non-negative float, rounded up, and back.
 uint16_t pack_up(float x) { return static_cast<uint16_t>((std::bit_cast<uint32_t>(x) + 0xffffu) >> 16); }
@@ -205,8 +204,17 @@ std::vector<uint32_t> LightTree::leaf_order() const {
   return order;
 }
 
+void LightTree::renumber(std::span<const uint32_t> new_number, uint32_t count) {
+  std::vector<uint32_t> paths(count, k_none);
+  for (size_t i = 0; i < path_.size(); ++i)
+    if (path_[i] != k_none) paths[new_number[i]] = path_[i];
+  path_ = std::move(paths);
+  for (Node& node : nodes_)
+    for (uint32_t& link : node.child)
+      if (link != k_none && (link & k_leaf)) link = new_number[link & ~k_leaf] | k_leaf;
+}
+
 // --- Construction
-// -----------------------------------------------------------------------------------------------------
 
 /// Builds a LightTree top down: binned splits by the surface area and orientation heuristic, two binary levels a node.
 class LightTreeBuilder {

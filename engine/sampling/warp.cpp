@@ -62,7 +62,6 @@ Vec2 invert_cone(const Vec3& w, float one_minus_cos) {
 }
 
 // --- Spherical triangle
-// -----------------------------------------------------------------------------------------------
 
 namespace {
 
@@ -170,7 +169,6 @@ Vec2 SphericalTriangle::invert(const Vec2& barycentric) const {
 }
 
 // --- Spherical rectangle
-// ----------------------------------------------------------------------------------------------
 
 namespace {
 
@@ -242,7 +240,6 @@ Vec2 SphericalRectangle::invert(const Vec2& st) const {
 }
 
 // --- Aperture
-// ---------------------------------------------------------------------------------------------------------
 
 namespace {
 

@@ -8,7 +8,7 @@
 
 namespace lambent {
 
-// --- Unit disk ------------------------------------------------------------------------------------------------------
+// --- Unit disk
 
 /// Uniform point in the unit disk (Shirley & Chiu 1997, concentric map).
 inline Vec2 sample_disk(const Vec2& u) {
@@ -25,7 +25,6 @@ inline constexpr float k_pdf_area_disk = k_inv_pi;
 Vec2 invert_disk(const Vec2& p);
 
 // --- Hemispheres, sphere, cone (local z is the axis)
-// ------------------------------------------------------------------
 
 /// Direction in the upper hemisphere with density cos / pi.
 inline Vec3 sample_cosine_hemisphere(const Vec2& u) {
@@ -61,7 +60,6 @@ inline float one_minus_cos_of_tangent(float opposite, float adjacent) {
 }
 
 // --- Triangles
-// --------------------------------------------------------------------------------------------------------
 
 /// Barycentrics (b0, b1) of a uniform point in a triangle; b2 = 1 - b0 - b1 >= 0 (Heitz 2019, low-distortion map).
 inline Vec2 sample_triangle(const Vec2& u) {
@@ -132,7 +130,6 @@ class SphericalRectangle {
 };
 
 // --- Aperture
-// ---------------------------------------------------------------------------------------------------------
 
 /// Lens opening in units of the aperture radius: a disk (blades < 3) or a regular polygon inscribed in the unit circle
 /// with the middle of an edge at `rotation_rad`, then scaled in x by 1 / ratio (Blender's aperture_ratio). As Cycles

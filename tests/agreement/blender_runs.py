@@ -33,6 +33,7 @@ class Run:
     seconds: list  # wall time of each render() call, export and build included
     until_sampling: list  # of these, until the first sample began (None where the engine did not say)
     until_pixels: list  # until the first samples or tiles were done (None where it did not say)
+    statistics: list  # what lambentd said of each render (dict); empty for Cycles
     peak_bytes: int  # largest sum of the proportional memory of Blender and of every process that it started
     log: str
 
@@ -156,12 +157,12 @@ def run_blender(arguments, environment, blender=None, timeout_s=3600):
 
 
 k_sample = re.compile(r"Sample (\d+)/\d+")
-k_tiles = re.compile(r"Rendered (\d+)/\d+ Tiles")
 
 
 def milestones(lines, seed):
     """Returns (seconds until sampling began, seconds until the first pixels) of one render from the status lines that
-    Blender printed; None where nothing tells. Both engines report `Sample n/N`, Lambent `Rendered n/N Tiles` besides."""
+    Blender printed; None where nothing tells. Both engines report `Sample n/N`; when a tile of Lambent's is in Blender,
+    render_job.py says so."""
     start = sampling = pixels = None
     for when, text in lines:
         if text == f"render_job: start {seed}":
@@ -169,10 +170,10 @@ def milestones(lines, seed):
         elif text == f"render_job: end {seed}":
             break
         elif start is not None:
-            sample, tiles = k_sample.search(text), k_tiles.search(text)
-            if (sample or tiles) and sampling is None:
+            sample = k_sample.search(text)
+            if sample and sampling is None:
                 sampling = when - start
-            if pixels is None and ((sample and int(sample.group(1)) > 0) or (tiles and int(tiles.group(1)) > 0)):
+            if pixels is None and (text == "render_job: pixels" or (sample and int(sample.group(1)) > 0)):
                 pixels = when - start
     return sampling, pixels
 
@@ -201,6 +202,7 @@ def render(scene, engine, seeds, samples, width, folder, blender=None, relight=F
         seconds=result["seconds"],
         until_sampling=[mark[0] for mark in marks],
         until_pixels=[mark[1] for mark in marks],
+        statistics=result["statistics"],
         peak_bytes=peak,
         log=log,
     )

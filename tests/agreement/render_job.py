@@ -6,8 +6,9 @@ comparable.
 
 JOB.json: {"engine": "CYCLES" | "LAMBENT", "daemon": path, "width": px, "height": px or null (as the scene's aspect),
 "samples": n, "seeds": [n..], "out": prefix, "relight": bool, "settings": {name: value of the engine's}}. Writes PREFIX<seed>.exr (float32 RGBA, scene-linear)
-for each seed and PREFIXresult.json: {"blender": version, "size": [w, h], "seconds": [wall time of each render]}. Prints
-`render_job: start SEED` before each render.
+for each seed and PREFIXresult.json: {"blender": version, "size": [w, h], "seconds": [wall time of each render],
+"statistics": [what lambentd said of each render]}. Prints `render_job: start SEED` and `render_job: end SEED` around each
+render, and `render_job: pixels` when the first tile of Lambent's is in Blender.
 
 Nothing here makes one engine better than the other: adaptive sampling, denoising, clamping, glossy filtering, light
 thresholds and roulette-free shortcuts are off, bounces equal, and Cycles' terminator offsets, which move shadows, zero.
@@ -137,6 +138,25 @@ def prepare(scene, job):
     render.engine = job["engine"]
 
 
+def watch_lambent(statistics):
+    """Has the add-on tell when pixels arrive, and keeps the daemon's statistics of each render in a list."""
+    from lambent.render import final
+
+    write, finish = final.ResultWriter.write, final._LayerRender._finish
+
+    def tell_and_write(self, *arguments):
+        if not getattr(self, "told", False):
+            self.told = True
+            print("render_job: pixels", flush=True)
+        return write(self, *arguments)
+
+    def keep_and_finish(self, done, *arguments):
+        statistics.append(done.get("statistics", {}))
+        return finish(self, done, *arguments)
+
+    final.ResultWriter.write, final._LayerRender._finish = tell_and_write, keep_and_finish
+
+
 def save(scene, path):
     settings = scene.render.image_settings
     if hasattr(settings, "media_type"):  # from Blender 5.0 on, and before the format
@@ -151,7 +171,9 @@ def main():
         job = json.load(file)
     scene = bpy.context.scene
     prepare(scene, job)
-    seconds = []
+    seconds, statistics = [], []
+    if job["engine"] == "LAMBENT":
+        watch_lambent(statistics)
     for seed in job["seeds"]:
         (scene.lambent if job["engine"] == "LAMBENT" else scene.cycles).seed = seed
         print(f"render_job: start {seed}", flush=True)
@@ -161,8 +183,9 @@ def main():
         print(f"render_job: end {seed}", flush=True)
         save(scene, f"{job['out']}{seed}.exr")
     size = [scene.render.resolution_x, scene.render.resolution_y]
+    result = {"blender": bpy.app.version_string, "size": size, "seconds": seconds, "statistics": statistics}
     with open(f"{job['out']}result.json", "w", encoding="utf-8") as file:
-        json.dump({"blender": bpy.app.version_string, "size": size, "seconds": seconds}, file)
+        json.dump(result, file)
 
 
 main()

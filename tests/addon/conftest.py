@@ -13,6 +13,7 @@ import shutil
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -77,7 +78,10 @@ class Run:
         for name in sorted(os.listdir(record)):
             if name.endswith(".pickle"):
                 with open(os.path.join(record, name), "rb") as file:
-                    self.messages.append(pickle.load(file))
+                    message = pickle.load(file)
+                for key, (dtype, shape, content) in message["arrays"].items():
+                    message["arrays"][key] = np.frombuffer(content, dtype).reshape(shape)
+                self.messages.append(message)
 
     def of_type(self, kind):
         """The recorded messages of a type."""

@@ -111,3 +111,42 @@ run(steps)
     assert shown > 10_000 and kept >= shown
     # The corners of the tile that was being worked on are gone.
     assert orange_pixels(during) > 16 and orange_pixels(after) < 8
+
+
+def test_the_viewport_is_rendered_follows_changes_and_sends_only_those(run_window, tmp_path):
+    run = run_window(
+        """
+still, moving = quad('still'), quad('moving')
+def view(): return next(area for area in window().screen.areas if area.type == 'VIEW_3D')
+def shade(kind): view().spaces.active.shading.type = kind
+def move(): moving.location.z = 2
+def turn(): view().spaces.active.region_3d.view_rotation = (1, 0, 0, 0)
+def change(): moving.data.vertices[0].co.x = 9; moving.data.update()
+steps = [(1.0, lambda: shade('RENDERED')), (2.0, lambda: screenshot('view.png')), (0.5, move), (1.0, turn),
+         (1.0, change), (1.0, lambda: shade('SOLID')), (0.5, lambda: load_picture('view.png'))]
+run(steps)
+"""
+    )
+    assert gradient_pixels(np.load(tmp_path / "view.png.npy")) > 50_000
+    sent = [{(edit["op"], edit["kind"], edit["id"]) for edit in edits} for edits in run.transactions]
+    assert ("upsert", "mesh", "mesh:still") in sent[0] and ("upsert", "object", "moving") in sent[0]
+    assert {("upsert", "object", "moving")} in sent[1:]
+    assert {("upsert", "camera", "lambent:view")} in sent[1:]
+    assert {("upsert", "mesh", "mesh:moving")} in sent[1:]
+    # The other mesh never travels again.
+    assert not any(("upsert", "mesh", "mesh:still") in edits for edits in sent[1:])
+    assert "Traceback" not in run.output
+
+
+def test_a_viewport_without_a_daemon_says_so_and_blender_lives(run_window, tmp_path):
+    run = run_window(
+        """
+quad()
+def view(): return next(area for area in window().screen.areas if area.type == 'VIEW_3D')
+def shade(): view().spaces.active.shading.type = 'RENDERED'
+steps = [(1.0, shade), (1.5, lambda: screenshot('view.png')), (0.1, lambda: print('STILL HERE'))]
+run(steps)
+""",
+        daemon="/nowhere/lambentd",
+    )
+    assert "STILL HERE" in run.output and "Traceback" not in run.output

@@ -150,3 +150,85 @@ run(steps)
         daemon="/nowhere/lambentd",
     )
     assert "STILL HERE" in run.output and "Traceback" not in run.output
+
+
+def test_a_viewports_camera_sees_what_blender_draws(run_window):
+    """Projects points by the wire's camera, as PROTOCOL.md and Blender define it, and by Blender's own matrix."""
+    run = run_window(
+        """
+import math, random
+from mathutils import Matrix, Vector
+from lambent.sync.view_camera import view_camera
+scene.camera.location, scene.camera.rotation_euler = (3, -4, 5), (0.7, 0.1, 0.6)
+scene.camera.data.shift_x, scene.camera.data.shift_y = 0.1, -0.05
+def view(): return next(area for area in window().screen.areas if area.type == 'VIEW_3D')
+def set_view(perspective):
+    space = view().spaces.active
+    space.region_3d.view_perspective = perspective
+    space.lens = 35
+    if perspective == 'CAMERA': space.region_3d.view_camera_zoom, space.region_3d.view_camera_offset = 10, (0.05, 0.1)
+def check(name):
+    region = next(r for r in view().regions if r.type == 'WINDOW')
+    space = view().spaces.active
+    w, h = region.width, region.height
+    looking = scene.camera if space.region_3d.view_perspective == 'CAMERA' else None
+    value = view_camera(space.region_3d, space, w, h, looking)
+    t = value['transform']
+    camera_from_world = Matrix((t[0:4], t[4:8], t[8:12], (0, 0, 0, 1))).inverted()
+    worst = 0
+    for _ in range(50):
+        point = Vector([random.uniform(-1, 1) for _ in range(3)])
+        p = camera_from_world @ point
+        if value['type'] == 'perspective':
+            x = value['focal_length_mm'] / value['sensor_width_mm'] * p.x / -p.z - value['shift'][0]
+            y = value['focal_length_mm'] / value['sensor_width_mm'] * p.y / -p.z - value['shift'][1]
+        else:
+            x, y = p.x / value['ortho_scale'] - value['shift'][0], p.y / value['ortho_scale'] - value['shift'][1]
+        clip = space.region_3d.perspective_matrix @ point.to_4d()
+        worst = max(worst, abs((0.5 + x) * w - (0.5 + clip.x / clip.w / 2) * w), abs((h / w / 2 + y) * w - (0.5 + clip.y / clip.w / 2) * h))
+    print('WORST', name, worst, value['clip_m'])
+steps = [(1.0, lambda: None)]
+for name in ('PERSP', 'ORTHO', 'CAMERA'):
+    steps += [(0.3, lambda name=name: set_view(name)), (0.5, lambda name=name: check(name))]
+run(steps)
+"""
+    )
+    found = [line.split() for line in run.output.splitlines() if line.startswith("WORST")]
+    assert [line[1] for line in found] == ["PERSP", "ORTHO", "CAMERA"]
+    for line in found:
+        assert float(line[2]) < 0.05, "pixels off in " + line[1]
+
+
+def test_all_panels_draw_for_every_kind_of_datablock(run_window, tmp_path):
+    run = run_window(
+        """
+from lambent.render import report
+material, nodes, links = node_material('m')
+links.new(nodes.new('ShaderNodeBsdfPrincipled').outputs[0], nodes.new('ShaderNodeOutputMaterial').inputs['Surface'])
+shown = [quad('mesh')]
+shown[0].data.materials.append(material)
+for kind in ('POINT', 'SPOT', 'SUN', 'AREA'): shown.append(add(kind, bpy.data.lights.new(kind, kind)))
+shown.append(scene.camera)
+scene.cycles.samples = 77
+report.store(scene.name, [{'severity': 'warning', 'code': 'unsupported', 'object': 'x', 'text': 'x: something'}])
+def properties(): return next(area for area in window().screen.areas if area.type == 'PROPERTIES').spaces.active
+def show(ob, tab):
+    bpy.context.view_layer.objects.active = ob
+    properties().context = tab
+def big():
+    area = next(area for area in window().screen.areas if area.type == 'VIEW_3D')
+    area.type = 'PROPERTIES'
+    for other in window().screen.areas:
+        if other.type == 'PROPERTIES' and other != area: other.type = 'CONSOLE'
+    bpy.context.view_layer.objects.active = shown[0]
+steps = [(1.0, big)]
+for tab in ('RENDER', 'OUTPUT', 'VIEW_LAYER', 'SCENE', 'WORLD', 'OBJECT', 'DATA', 'MATERIAL'):
+    steps += [(0.2, lambda tab=tab: show(shown[0], tab)), (0.3, lambda tab=tab: screenshot(f'{tab}.png'))]
+for ob in shown[1:]:
+    steps += [(0.2, lambda ob=ob: show(ob, 'DATA')), (0.3, lambda ob=ob: screenshot(f'DATA_{ob.name}.png'))]
+run(steps)
+"""
+    )
+    for marker in ("Traceback", "Error", "rna_uiItem"):
+        assert marker not in run.output, run.output
+    assert len(list(tmp_path.glob("*.png"))) == 13

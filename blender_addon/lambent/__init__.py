@@ -19,12 +19,13 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import ui
-from .render import engine, report, session
+from .render import engine, report, session, viewport
 
 
 @persistent
 def _forget_file(*_):
     """Another file was opened: what the daemon holds belongs to the last one."""
+    viewport.close_all()
     session.close_sessions()
     report.clear()
 
@@ -41,6 +42,7 @@ def unregister():
     """Blender calls this when the add-on is disabled."""
     atexit.unregister(session.close_all)
     bpy.app.handlers.load_pre.remove(_forget_file)
+    viewport.close_all()
     engine.unregister()
     ui.unregister()
     session.close_all()

@@ -13,6 +13,7 @@ import shutil
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -77,7 +78,10 @@ class Run:
         for name in sorted(os.listdir(record)):
             if name.endswith(".pickle"):
                 with open(os.path.join(record, name), "rb") as file:
-                    self.messages.append(pickle.load(file))
+                    message = pickle.load(file)
+                for key, (dtype, shape, content) in message["arrays"].items():
+                    message["arrays"][key] = np.frombuffer(content, dtype).reshape(shape)
+                self.messages.append(message)
 
     def of_type(self, kind):
         """The recorded messages of a type."""
@@ -113,12 +117,17 @@ class Run:
 
 @pytest.fixture
 def run_blender(tmp_path):
-    """Callable (script, mode="normal", prelude=True, arguments=(), environment={}, timeout=90, background=True) -> Run."""
+    """Callable (script, mode="normal", prelude=True, arguments=(), environment={}, timeout=90, wrapper=None) -> Run.
+
+    wrapper: a command that starts Blender with a display for a real window; without one it runs in the background.
+    """
     command = blender_command()
     if command is None:
         pytest.skip("no Blender: set BLENDER or put blender on PATH")
 
-    def run(script, mode="normal", prelude=True, arguments=(), environment=None, timeout=90, background=True, daemon=FAKE_DAEMON):
+    def run(
+        script, mode="normal", prelude=True, arguments=(), environment=None, timeout=90, wrapper=None, daemon=FAKE_DAEMON
+    ):
         record = tmp_path / "record"
         record.mkdir(exist_ok=True)
         path = tmp_path / "script.py"
@@ -134,7 +143,8 @@ def run_blender(tmp_path):
         for name in ("LAMBENT_ADDRESS", "LAMBENT_TOKEN_FILE"):
             if name not in (environment or {}):
                 variables.pop(name, None)
-        full = [*command, *(["-b"] if background else []), "--factory-startup", "--python-exit-code", "9", *arguments]
+        started = [*wrapper, *command] if wrapper else [*command, "-b"]
+        full = [*started, "--factory-startup", "--python-exit-code", "9", *arguments]
         process = subprocess.run(
             [*full, "--python", str(path)],
             env=variables,

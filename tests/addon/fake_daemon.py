@@ -5,7 +5,7 @@
 """A daemon that speaks the protocol, records what it is told and answers renders with a gradient. For tests of the add-on.
 
 Takes lambentd's command line. Environment: LAMBENT_FAKE_RECORD, a directory in which each message is kept as
-NNNN.pickle ({"header", "arrays": {hash: array}, "session"}); LAMBENT_FAKE_MODE, what to do when a render starts:
+NNNNN.pickle ({"header", "arrays": {hash: (dtype, shape, bytes)}, "session"}); LAMBENT_FAKE_MODE, what to do when a render starts:
   normal   progress, all tiles, done
   endless  tiles and progress until cancelled
   hang     nothing, not even a pong (connection stays open)
@@ -155,8 +155,10 @@ class Session(threading.Thread):
         directory = os.environ.get("LAMBENT_FAKE_RECORD")
         if directory:
             path = os.path.join(directory, f"{next(_record_numbers):05d}.pickle")
+            # As bytes: the numpy that reads may be another version.
+            plain = {key: (values.dtype.str, values.shape, values.tobytes()) for key, values in arrays.items()}
             with open(path + ".part", "wb") as file:
-                pickle.dump({"header": header, "arrays": arrays, "session": self.number}, file)
+                pickle.dump({"header": header, "arrays": plain, "session": self.number}, file)
             os.rename(path + ".part", path)
 
     def handle(self, header, arrays):

@@ -122,7 +122,7 @@ render()
 def test_curves_text_surfaces_and_metaballs_become_one_mesh_each(run_blender):
     run = run_blender(
         """
-bpy.ops.curve.primitive_bezier_circle_add(); bpy.context.object.data.bevel_depth = 0.1
+bpy.ops.curve.primitive_bezier_circle_add(); bpy.context.object.name = 'Circle'; bpy.context.object.data.bevel_depth = 0.1
 bpy.ops.curve.primitive_bezier_curve_add()
 bpy.ops.object.text_add()
 bpy.ops.surface.primitive_nurbs_surface_sphere_add()
@@ -131,7 +131,7 @@ render()
 """
     )
     objects = run.values("object")
-    assert sorted(objects) == ["Ball", "BezierCircle", "SurfSphere", "Text"]
+    assert sorted(objects) == ["Ball", "Circle", "SurfSphere", "Text"]
     assert len(run.values("mesh")) == 4
     for value in run.values("mesh").values():
         assert len(run.array(value["triangles"])) > 10

@@ -3,6 +3,8 @@
 
 """The RenderEngine that Blender sees."""
 
+import weakref
+
 import bpy
 
 from . import final, viewport
@@ -22,26 +24,24 @@ class LambentRenderEngine(bpy.types.RenderEngine):
     # Set on the class and not in __init__, whose signature differs between versions.
     _viewport = None
 
-    def __del__(self):
-        """The viewport of this engine is gone."""
-        if self._viewport is not None:
-            self._viewport.close()
-
     def render(self, depsgraph):
         """Blender calls this for each view layer of each frame."""
         final.render(self, depsgraph)
 
     def view_update(self, context, depsgraph):
         """Blender calls this when something changed that a rendered viewport shows."""
-        if self._viewport is None:
-            self._viewport = viewport.ViewportRender(self)
-        self._viewport.update(context, depsgraph)
+        self._viewport_render().update(self, context, depsgraph)
 
     def view_draw(self, context, depsgraph):
         """Blender calls this to draw a rendered viewport."""
+        self._viewport_render().draw(self, context, depsgraph)
+
+    def _viewport_render(self):
         if self._viewport is None:
             self._viewport = viewport.ViewportRender(self)
-        self._viewport.draw(context, depsgraph)
+            # Not __del__: when that runs, Blender has taken the engine's attributes away.
+            weakref.finalize(self, self._viewport.close)
+        return self._viewport
 
     def update_render_passes(self, scene, view_layer):
         """Names the passes that a layer gets."""

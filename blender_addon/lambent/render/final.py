@@ -22,7 +22,7 @@ from .tiles import ResultWriter, decode_tile
 # Tiles that the daemon may send, and how often that is topped up: enough to see buckets appear without spending the
 # machine on showing them. In the background nobody looks, so almost only final tiles travel.
 _SHOWN_CREDITS, _SHOWN_SECONDS = 48, 0.1
-_BACKGROUND_CREDITS, _BACKGROUND_SECONDS = 1, 1.0
+_BACKGROUND_CREDITS, _BACKGROUND_SECONDS = 1, 0.1
 _FINAL_CREDITS = 64
 _CANCEL_SECONDS = 3.0
 _POLL_SECONDS = 0.02
@@ -149,10 +149,10 @@ class _LayerRender:
         return view
 
     def _receive(self, epoch, writer):
-        client, engine, session = self._client, self._engine, self._session
+        client, engine = self._client, self._engine
         client.post({"type": "render_start", "epoch": epoch})
         credits, interval = (_SHOWN_CREDITS, _SHOWN_SECONDS) if self._shown else (_BACKGROUND_CREDITS, _BACKGROUND_SECONDS)
-        session.allow_tiles(credits)
+        client.allow_tiles(credits)
         allowed_at = time.monotonic()
         time_limit = settings.effective(self._scene, "time_limit")
         cancelled_at = None
@@ -161,27 +161,25 @@ class _LayerRender:
             if cancelled_at is None and engine.test_break():
                 cancelled_at = now
                 client.post({"type": "render_cancel", "epoch": epoch})
-                session.allow_tiles(_FINAL_CREDITS)
+                client.allow_tiles(_FINAL_CREDITS)
             if cancelled_at is not None and now - cancelled_at > _CANCEL_SECONDS:
                 # The picture stays as it is; the session is given up, so that nothing late gets into the next render.
                 client.close()
                 return
             if now - allowed_at > interval:
-                session.allow_tiles(credits)
+                client.allow_tiles(credits)
                 allowed_at = now
             event = client.next_event(_POLL_SECONDS)
             if event is None:
                 continue
             header, payload = event
             kind = header["type"]
-            if kind == "tile":
-                session.tile_credits -= 1
-                if header.get("final") and session.tile_credits < _FINAL_CREDITS // 2:
-                    # The last round: as fast as they come.
-                    session.allow_tiles(_FINAL_CREDITS)
             if header.get("epoch", epoch) != epoch:
                 continue
             if kind == "tile":
+                if header.get("final") and client.tiles_allowed < _FINAL_CREDITS // 2:
+                    # The last round: as fast as they come.
+                    client.allow_tiles(_FINAL_CREDITS)
                 writer.write(*decode_tile(header, payload, self._width, self._height))
             elif kind == "progress":
                 self._show_progress(header, writer, time_limit)

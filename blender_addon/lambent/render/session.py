@@ -22,10 +22,7 @@ _sessions = {}
 
 
 class RenderSession:
-    """A client, what it has told the daemon, and the last epoch used. One render uses it at a time (busy).
-
-    tile_credits: tiles that the daemon may still send; whoever receives one counts it off.
-    """
+    """A client, what it has told the daemon, and the last epoch used. One render uses it at a time (busy)."""
 
     def __init__(self, client, local):
         self.client = client
@@ -33,13 +30,6 @@ class RenderSession:
         self.state = SyncState()
         self.epoch = 0
         self.busy = False
-        self.tile_credits = 0
-
-    def allow_tiles(self, tiles):
-        """Lets the daemon send that many tiles from now on (those it was allowed before and has not sent included)."""
-        if tiles > self.tile_credits:
-            self.client.post({"type": "tile_credit", "tiles": tiles - self.tile_credits})
-            self.tile_credits = tiles
 
     def next_epoch(self):
         """A number above all before."""

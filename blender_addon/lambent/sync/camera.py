@@ -29,15 +29,20 @@ def export_camera(edits, camera_object, matrix_world, shift_x):
         "clip_m": [data.clip_start, data.clip_end],
     }
     if data.dof.use_dof:
-        value["depth_of_field"] = {
-            "focus_distance_m": _focus_distance(data.dof, matrix_world),
-            "fstop": data.dof.aperture_fstop,
-            "blades": data.dof.aperture_blades,
-            "rotation_rad": data.dof.aperture_rotation,
-            "ratio": data.dof.aperture_ratio,
-        }
+        value["depth_of_field"] = depth_of_field(data.dof, matrix_world)
     edits.put("camera", name, value)
     return name
+
+
+def depth_of_field(dof, matrix_world):
+    """The protocol's depth_of_field of a camera's settings, seen from matrix_world."""
+    return {
+        "focus_distance_m": _focus_distance(dof, matrix_world),
+        "fstop": dof.aperture_fstop,
+        "blades": dof.aperture_blades,
+        "rotation_rad": dof.aperture_rotation,
+        "ratio": dof.aperture_ratio,
+    }
 
 
 def _focus_distance(dof, matrix_world):

@@ -26,6 +26,10 @@ class SyncState:
         self._known.clear()
         self._clear_first = True
 
+    def known(self):
+        """(kind, id) of everything that the daemon holds."""
+        return self._known.keys()
+
     def knows(self, kind, identifier):
         """Whether the daemon holds that datablock."""
         return (kind, identifier) in self._known
@@ -73,6 +77,10 @@ class SceneEdits:
     def keep(self, kind, identifier):
         """The datablock is in the scene, and unchanged since the last edits. It must be known to the state."""
         self._present.add((kind, identifier))
+
+    def keep_all(self):
+        """Everything that the state knows is still in the scene, and unchanged unless it is put."""
+        self._present.update(self._state.known())
 
     def contains(self, kind, identifier):
         """Whether this look has met the datablock already."""

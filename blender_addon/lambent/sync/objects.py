@@ -42,7 +42,7 @@ class ObjectExporter:
         self._view_layer = depsgraph.view_layer
         self._override = depsgraph.view_layer_eval.material_override
         self._surfaces = depsgraph.view_layer_eval.use_solid
-        self._render_mode = depsgraph.mode
+        self._modifiers_of = "RENDER" if depsgraph.mode == "RENDER" else "PREVIEW"
         self._names = set()
         self._meshes = {}
         self._mesh_names = set()
@@ -148,7 +148,7 @@ class ObjectExporter:
         if pointer in self._meshes:
             return self._meshes[pointer]
         own = pointer == owner.data.as_pointer()
-        if own and original.type == "MESH" and not original.is_modified(self._depsgraph.scene, self._render_mode):
+        if own and original.type == "MESH" and not original.is_modified(self._depsgraph.scene, self._modifiers_of):
             base = f"mesh:{original.data.name_full}"
         elif own or original.type != "MESH":
             base = f"object:{original.name_full}"

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from . import camera, objects, settings, world
 from .edits import SceneEdits
 
+VIEW_CAMERA = "lambent:view"
+
 
 class NothingToRender(Exception):
     """The scene cannot be rendered at all. The text is complete and fit for a user."""
@@ -18,7 +20,8 @@ class View:
     """What the picture is taken with.
 
     width, height: px of the full frame. region: (x0, y0, x1, y1) px with exclusive end, row 0 at the bottom, or None.
-    camera: the evaluated camera object, or None. matrix_world: mathutils 4x4. preview: viewport settings count.
+    camera: the evaluated camera object, or None. matrix_world: mathutils 4x4. camera_value: a whole camera datablock in place
+    of camera, for views that no camera object stands for. preview: viewport settings count. local_daemon: it sees our files.
     """
 
     width: int
@@ -28,6 +31,7 @@ class View:
     camera: object = None
     matrix_world: object = None
     shift_x: float = 0.0
+    camera_value: dict = None
     preview: bool = False
     local_daemon: bool = True
 
@@ -39,11 +43,11 @@ def export_scene(depsgraph, state, view, should_stop, keep_mesh=lambda identifie
     NothingToRender without a camera. All of Blender's data is read here and none is kept.
     """
     scene, view_layer = depsgraph.scene_eval, depsgraph.view_layer_eval
-    if view.camera is None or view.camera.type != "CAMERA":
+    if view.camera_value is None and (view.camera is None or view.camera.type != "CAMERA"):
         raise NothingToRender(f"scene '{scene.name}' has no camera: add one, or choose one in the scene properties")
     edits = SceneEdits(state)
     _report_unsupported(edits, scene, view_layer, view)
-    camera_id = camera.export_camera(edits, view.camera, view.matrix_world, view.shift_x)
+    camera_id = _export_camera(edits, view)
     objects.ObjectExporter(edits, depsgraph, keep_mesh).export(should_stop)
     shown_world = getattr(view_layer, "world_override", None) or scene.world
     world_id = None
@@ -55,6 +59,23 @@ def export_scene(depsgraph, state, view, should_stop, keep_mesh=lambda identifie
             edits.report("error", "export_failed", name, f"{name}: could not be exported; there is no world light: {error!r}")
     settings.export_settings(edits, scene, view_layer, view, camera_id, world_id)
     return edits
+
+
+def export_view(depsgraph, state, view):
+    """SceneEdits for the same scene seen through another view: camera and settings only."""
+    edits = SceneEdits(state)
+    edits.keep_all()
+    world = next((identifier for kind, identifier in state.known() if kind == "world"), None)
+    camera_id = _export_camera(edits, view)
+    settings.export_settings(edits, depsgraph.scene_eval, depsgraph.view_layer_eval, view, camera_id, world)
+    return edits
+
+
+def _export_camera(edits, view):
+    if view.camera_value is None:
+        return camera.export_camera(edits, view.camera, view.matrix_world, view.shift_x)
+    edits.put("camera", VIEW_CAMERA, view.camera_value)
+    return VIEW_CAMERA
 
 
 def _report_unsupported(edits, scene, view_layer, view):

@@ -65,6 +65,8 @@ class Client:
         self._lost = None
         self._ping_queued_at = None
         self._ping_written_at = None
+        self._tiles_lock = threading.Lock()
+        self._tiles_allowed = 0
         self._threads = [
             threading.Thread(target=self._read, name="lambent-reader", daemon=True),
             threading.Thread(target=self._write, name="lambent-writer", daemon=True),
@@ -85,6 +87,19 @@ class Client:
     def post(self, header):
         """Queues a message without payload: a dict with "type", or its encoded JSON. Never blocks."""
         self._outgoing.put(header)
+
+    def allow_tiles(self, tiles):
+        """Lets the daemon send that many tiles from now on; those it was allowed before and has not sent count."""
+        with self._tiles_lock:
+            more = tiles - self._tiles_allowed
+            if more > 0:
+                self._tiles_allowed += more
+                self.post({"type": "tile_credit", "tiles": more})
+
+    @property
+    def tiles_allowed(self):
+        """How many tiles the daemon may still send."""
+        return self._tiles_allowed
 
     def next_event(self, timeout_seconds):
         """(header, payload) of the next message, or None after timeout_seconds.
@@ -211,6 +226,9 @@ class Client:
         try:
             while True:
                 header, payload = self._connection.receive()
+                if header["type"] == "tile":
+                    with self._tiles_lock:
+                        self._tiles_allowed -= 1
                 if header["type"] != "pong":
                     self._events.put((header, payload))
         except messages.ProtocolError as error:

@@ -1,0 +1,234 @@
+# SPDX-FileCopyrightText: 2026 Lambent contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lambent in a real window under Xvfb: F12 with buckets and Esc, panels, and the rendered viewport."""
+
+import ctypes.util
+import shutil
+
+import numpy as np
+import pytest
+
+# Steps run one after another from a timer: each is (seconds to wait before it, function).
+STEPS = """
+import os, traceback
+FOLDER = os.environ['LAMBENT_TEST_DIR']
+def window(): return bpy.context.window_manager.windows[0]
+def screenshot(name):
+    with bpy.context.temp_override(window=window()):
+        bpy.ops.screen.screenshot(filepath=os.path.join(FOLDER, name))
+def run(steps):
+    def step():
+        if not steps:
+            bpy.ops.wm.quit_blender()
+            return None
+        _, function = steps.pop(0)
+        try:
+            function()
+        except Exception:
+            traceback.print_exc()
+            os._exit(9)
+        return steps[0][0] if steps else 0.1
+    bpy.app.timers.register(step, first_interval=steps[0][0], persistent=True)
+def render_in_window():
+    with bpy.context.temp_override(window=window()):
+        bpy.ops.render.render('INVOKE_DEFAULT')
+def escape():
+    # A key of the X server itself: Blender stops renders on it before its event system, which event_simulate would enter.
+    import ctypes
+    x11, test = ctypes.CDLL('libX11.so.6'), ctypes.CDLL('libXtst.so.6')
+    x11.XOpenDisplay.restype = ctypes.c_void_p
+    display = ctypes.c_void_p(x11.XOpenDisplay(None))
+    key = x11.XKeysymToKeycode(display, ctypes.c_ulong(0xFF1B))
+    test.XTestFakeMotionEvent(display, -1, 400, 400, ctypes.c_ulong(0))
+    for down in (1, 0): test.XTestFakeKeyEvent(display, key, down, ctypes.c_ulong(0))
+    x11.XFlush(display)
+    x11.XCloseDisplay(display)
+def load_picture(name):
+    image = bpy.data.images.load(os.path.join(FOLDER, name))
+    pixels = np.empty(image.size[0] * image.size[1] * 4, np.float32)
+    image.pixels.foreach_get(pixels)
+    np.save(os.path.join(FOLDER, name + '.npy'), pixels.reshape(image.size[1], image.size[0], 4))
+import numpy as np
+bpy.context.preferences.view.render_display_type = 'AREA'
+bpy.context.preferences.view.show_splash = False
+"""
+WINDOW = ("-p", "0", "0", "1200", "760")
+
+
+@pytest.fixture
+def run_window(run_blender):
+    """run_blender with a window of 1200 x 760."""
+    if not shutil.which("xvfb-run") or not ctypes.util.find_library("Xtst"):
+        pytest.skip("no xvfb-run or no libXtst")
+    wrapper = ("xvfb-run", "-a", "-s", "-screen 0 1280x800x24")
+
+    def run(script, **options):
+        return run_blender(STEPS + script, wrapper=wrapper, arguments=WINDOW, timeout=120, **options)
+
+    return run
+
+
+def orange_pixels(pixels):
+    """How many pixels of a screenshot are Blender's colour of tiles being worked on."""
+    red, green, blue = pixels[..., 0], pixels[..., 1], pixels[..., 2]
+    return int(((red > 0.8) & (green > 0.3) & (green < 0.75) & (blue < 0.45)).sum())
+
+
+def gradient_pixels(pixels):
+    """How many pixels of a screenshot look like the fake daemon's picture (its blue is 0.5 everywhere)."""
+    blue = pixels[..., 2]
+    colourful = np.abs(pixels[..., 0] - pixels[..., 1]) > 0.15
+    return int(((np.abs(blue - 0.5) < 0.02) & colourful).sum())
+
+
+def test_f12_shows_buckets_and_esc_stops_at_once_and_keeps_them(run_window, tmp_path):
+    run = run_window(
+        """
+import time
+quad()
+scene.render.resolution_x, scene.render.resolution_y = 640, 400
+state = {}
+def cancelled():
+    if bpy.app.is_job_running('RENDER'):
+        assert time.monotonic() - state['escape'] < 3, 'Esc did not stop the render'
+        steps.insert(0, (0.05, cancelled)); return
+    print('STOPPED AFTER', time.monotonic() - state['escape'])
+def press():
+    assert bpy.app.is_job_running('RENDER'), 'the render is not running'
+    state['escape'] = time.monotonic()
+    escape()
+steps = [(1.0, render_in_window), (2.0, lambda: screenshot('during.png')), (0.1, press), (0.05, cancelled),
+         (1.0, lambda: screenshot('after.png')), (0.1, lambda: [load_picture(n) for n in ('during.png', 'after.png')])]
+run(steps)
+""",
+        mode="endless",
+    )
+    assert "STOPPED AFTER" in run.output, run.output
+    assert len(run.of_type("render_cancel")) == 1
+    during, after = np.load(tmp_path / "during.png.npy"), np.load(tmp_path / "after.png.npy")
+    # 0.05 s for a tile of 4096 px: some are there, and they stay after Esc.
+    shown, kept = gradient_pixels(during), gradient_pixels(after)
+    assert shown > 10_000 and kept >= shown
+    # The corners of the tile that was being worked on are gone.
+    assert orange_pixels(during) > 16 and orange_pixels(after) < 8
+
+
+def test_the_viewport_is_rendered_follows_changes_and_sends_only_those(run_window, tmp_path):
+    run = run_window(
+        """
+still, moving = quad('still'), quad('moving')
+def view(): return next(area for area in window().screen.areas if area.type == 'VIEW_3D')
+def shade(kind): view().spaces.active.shading.type = kind
+def move(): moving.location.z = 2
+def turn(): view().spaces.active.region_3d.view_rotation = (1, 0, 0, 0)
+def change(): moving.data.vertices[0].co.x = 9; moving.data.update()
+steps = [(1.0, lambda: shade('RENDERED')), (2.0, lambda: screenshot('view.png')), (0.5, move), (1.0, turn),
+         (1.0, change), (1.0, lambda: shade('SOLID')), (0.5, lambda: load_picture('view.png'))]
+run(steps)
+"""
+    )
+    assert gradient_pixels(np.load(tmp_path / "view.png.npy")) > 50_000
+    sent = [{(edit["op"], edit["kind"], edit["id"]) for edit in edits} for edits in run.transactions]
+    assert ("upsert", "mesh", "mesh:still") in sent[0] and ("upsert", "object", "moving") in sent[0]
+    assert {("upsert", "object", "moving")} in sent[1:]
+    assert {("upsert", "camera", "lambent:view")} in sent[1:]
+    assert {("upsert", "mesh", "mesh:moving")} in sent[1:]
+    # The other mesh never travels again.
+    assert not any(("upsert", "mesh", "mesh:still") in edits for edits in sent[1:])
+    assert "Traceback" not in run.output
+
+
+def test_a_viewport_without_a_daemon_says_so_and_blender_lives(run_window, tmp_path):
+    run = run_window(
+        """
+quad()
+def view(): return next(area for area in window().screen.areas if area.type == 'VIEW_3D')
+def shade(): view().spaces.active.shading.type = 'RENDERED'
+steps = [(1.0, shade), (1.5, lambda: screenshot('view.png')), (0.1, lambda: print('STILL HERE'))]
+run(steps)
+""",
+        daemon="/nowhere/lambentd",
+    )
+    assert "STILL HERE" in run.output and "Traceback" not in run.output
+
+
+def test_a_viewports_camera_sees_what_blender_draws(run_window):
+    """Projects points by the wire's camera, as PROTOCOL.md and Blender define it, and by Blender's own matrix."""
+    run = run_window(
+        """
+import math, random
+from mathutils import Matrix, Vector
+from lambent.sync.view_camera import view_camera
+scene.camera.location, scene.camera.rotation_euler = (3, -4, 5), (0.7, 0.1, 0.6)
+scene.camera.data.shift_x, scene.camera.data.shift_y = 0.1, -0.05
+def view(): return next(area for area in window().screen.areas if area.type == 'VIEW_3D')
+def set_view(perspective):
+    space = view().spaces.active
+    space.region_3d.view_perspective = perspective
+    space.lens = 35
+    if perspective == 'CAMERA': space.region_3d.view_camera_zoom, space.region_3d.view_camera_offset = 10, (0.05, 0.1)
+def check(name):
+    region = next(r for r in view().regions if r.type == 'WINDOW')
+    space = view().spaces.active
+    w, h = region.width, region.height
+    looking = scene.camera if space.region_3d.view_perspective == 'CAMERA' else None
+    value = view_camera(space.region_3d, space, w, h, looking)
+    t = value['transform']
+    camera_from_world = Matrix((t[0:4], t[4:8], t[8:12], (0, 0, 0, 1))).inverted()
+    worst = 0
+    for _ in range(50):
+        point = Vector([random.uniform(-1, 1) for _ in range(3)])
+        p = camera_from_world @ point
+        if value['type'] == 'perspective':
+            x = value['focal_length_mm'] / value['sensor_width_mm'] * p.x / -p.z - value['shift'][0]
+            y = value['focal_length_mm'] / value['sensor_width_mm'] * p.y / -p.z - value['shift'][1]
+        else:
+            x, y = p.x / value['ortho_scale'] - value['shift'][0], p.y / value['ortho_scale'] - value['shift'][1]
+        clip = space.region_3d.perspective_matrix @ point.to_4d()
+        worst = max(worst, abs((0.5 + x) * w - (0.5 + clip.x / clip.w / 2) * w), abs((h / w / 2 + y) * w - (0.5 + clip.y / clip.w / 2) * h))
+    print('WORST', name, worst, value['clip_m'])
+steps = [(1.0, lambda: None)]
+for name in ('PERSP', 'ORTHO', 'CAMERA'):
+    steps += [(0.3, lambda name=name: set_view(name)), (0.5, lambda name=name: check(name))]
+run(steps)
+"""
+    )
+    found = [line.split() for line in run.output.splitlines() if line.startswith("WORST")]
+    assert [line[1] for line in found] == ["PERSP", "ORTHO", "CAMERA"]
+    for line in found:
+        assert float(line[2]) < 0.05, "pixels off in " + line[1]
+
+
+def test_all_panels_draw_for_every_kind_of_datablock(run_window, tmp_path):
+    run = run_window(
+        """
+from lambent.render import report
+material, nodes, links = node_material('m')
+links.new(nodes.new('ShaderNodeBsdfPrincipled').outputs[0], nodes.new('ShaderNodeOutputMaterial').inputs['Surface'])
+shown = [quad('mesh')]
+shown[0].data.materials.append(material)
+for kind in ('POINT', 'SPOT', 'SUN', 'AREA'): shown.append(add(kind, bpy.data.lights.new(kind, kind)))
+shown.append(scene.camera)
+scene.cycles.samples = 77
+report.store(scene.name, [{'severity': 'warning', 'code': 'unsupported', 'object': 'x', 'text': 'x: something'}])
+def properties(): return next(area for area in window().screen.areas if area.type == 'PROPERTIES').spaces.active
+def show(ob, tab):
+    bpy.context.view_layer.objects.active = ob
+    properties().context = tab
+def big():
+    area = next(area for area in window().screen.areas if area.type == 'VIEW_3D')
+    area.type = 'PROPERTIES'
+    for other in window().screen.areas:
+        if other.type == 'PROPERTIES' and other != area: other.type = 'CONSOLE'
+    bpy.context.view_layer.objects.active = shown[0]
+steps = [(1.0, big)]
+for tab in ('RENDER', 'OUTPUT', 'VIEW_LAYER', 'SCENE', 'WORLD', 'OBJECT', 'DATA', 'MATERIAL'):
+    steps += [(0.2, lambda tab=tab: show(shown[0], tab)), (0.3, lambda tab=tab: screenshot(f'{tab}.png'))]
+for ob in shown[1:]:
+    steps += [(0.2, lambda ob=ob: show(ob, 'DATA')), (0.3, lambda ob=ob: screenshot(f'DATA_{ob.name}.png'))]
+run(steps)
+"""
+    )
+    for marker in ("Traceback", "Error", "rna_uiItem"):
+        assert marker not in run.output, run.output
+    assert len(list(tmp_path.glob("*.png"))) == 13

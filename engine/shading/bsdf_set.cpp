@@ -85,6 +85,18 @@ Term eval_term(const Lobe& lobe, const Vec3& ng, const Vec3& ns, const Vec3& wi,
 
 }  // namespace
 
+Bsdf& Bsdf::operator=(const Bsdf& other) {
+  if (this == &other) return *this;
+  count_ = other.count_;
+  has_non_delta_ = other.has_non_delta_;
+  ng_world_ = other.ng_world_;
+  ns_world_ = other.ns_world_;
+  transparency_ = other.transparency_;
+  emission_ = other.emission_;
+  for (int i = 0; i < count_; ++i) lobes_[i] = other.lobes_[i];
+  return *this;
+}
+
 void Bsdf::begin(const ShadingPoint& point) {
   count_ = 0;
   has_non_delta_ = false;

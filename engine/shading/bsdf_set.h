@@ -18,6 +18,9 @@ class Bsdf {
  public:
   Bsdf() {}  // leaves the lobes uninitialised on purpose: they are written before they are read
 
+  Bsdf(const Bsdf& other) { *this = other; }
+  Bsdf& operator=(const Bsdf& other);  ///< copies the lobes in use only
+
   /// Empties the set and takes over the point's normals and `wi`.
   void begin(const ShadingPoint& point);
   /// Adds a lobe. Drops one whose weight is zero; makes non-finite or out-of-range parameters harmless. At most

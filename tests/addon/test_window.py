@@ -4,6 +4,7 @@
 
 import ctypes.util
 import shutil
+import struct
 
 import numpy as np
 import pytest
@@ -14,8 +15,9 @@ import os, traceback
 FOLDER = os.environ['LAMBENT_TEST_DIR']
 def window(): return bpy.context.window_manager.windows[0]
 def screenshot(name):
-    with bpy.context.temp_override(window=window()):
-        bpy.ops.screen.screenshot(filepath=os.path.join(FOLDER, name))
+    # What Xvfb shows, from its memory: Blender's own screenshots are black in 5.2 without a graphics card.
+    import shutil
+    shutil.copyfile(os.path.join(FOLDER, 'Xvfb_screen0'), os.path.join(FOLDER, name))
 def run(steps):
     def step():
         if not steps:
@@ -35,7 +37,10 @@ def render_in_window():
 def escape():
     # A key of the X server itself: Blender stops renders on it before its event system, which event_simulate would enter.
     import ctypes
-    x11, test = ctypes.CDLL('libX11.so.6'), ctypes.CDLL('libXtst.so.6')
+    try:
+        x11, test = ctypes.CDLL('libX11.so.6'), ctypes.CDLL('libXtst.so.6')
+    except OSError:
+        print('NO XTST', flush=True); os._exit(0)
     x11.XOpenDisplay.restype = ctypes.c_void_p
     display = ctypes.c_void_p(x11.XOpenDisplay(None))
     key = x11.XKeysymToKeycode(display, ctypes.c_ulong(0xFF1B))
@@ -43,12 +48,6 @@ def escape():
     for down in (1, 0): test.XTestFakeKeyEvent(display, key, down, ctypes.c_ulong(0))
     x11.XFlush(display)
     x11.XCloseDisplay(display)
-def load_picture(name):
-    image = bpy.data.images.load(os.path.join(FOLDER, name))
-    pixels = np.empty(image.size[0] * image.size[1] * 4, np.float32)
-    image.pixels.foreach_get(pixels)
-    np.save(os.path.join(FOLDER, name + '.npy'), pixels.reshape(image.size[1], image.size[0], 4))
-import numpy as np
 bpy.context.preferences.view.render_display_type = 'AREA'
 bpy.context.preferences.view.show_splash = False
 """
@@ -56,16 +55,25 @@ WINDOW = ("-p", "0", "0", "1200", "760")
 
 
 @pytest.fixture
-def run_window(run_blender):
+def run_window(run_blender, tmp_path):
     """run_blender with a window of 1200 x 760."""
     if not shutil.which("xvfb-run") or not ctypes.util.find_library("Xtst"):
         pytest.skip("no xvfb-run or no libXtst")
-    wrapper = ("xvfb-run", "-a", "-s", "-screen 0 1280x800x24")
+    wrapper = ("xvfb-run", "-a", "-s", f"-screen 0 1280x800x24 -fbdir {tmp_path}")
 
     def run(script, **options):
         return run_blender(STEPS + script, wrapper=wrapper, arguments=WINDOW, timeout=120, **options)
 
     return run
+
+
+def read_screenshot(path):
+    """float32[height][width][3] of a screenshot (an XWD file of 32 bits a pixel), row 0 at the top."""
+    content = path.read_bytes()
+    header = struct.unpack(">25I", content[:100])
+    header_bytes, width, height, line_bytes, colours = header[0], header[4], header[5], header[12], header[19]
+    rows = np.frombuffer(content, np.uint8, height * line_bytes, header_bytes + 12 * colours).reshape(height, line_bytes)
+    return rows[:, : width * 4].reshape(height, width, 4)[..., 2::-1].astype(np.float32) / 255
 
 
 def orange_pixels(pixels):
@@ -97,15 +105,17 @@ def press():
     assert bpy.app.is_job_running('RENDER'), 'the render is not running'
     state['escape'] = time.monotonic()
     escape()
-steps = [(1.0, render_in_window), (2.0, lambda: screenshot('during.png')), (0.1, press), (0.05, cancelled),
-         (1.0, lambda: screenshot('after.png')), (0.1, lambda: [load_picture(n) for n in ('during.png', 'after.png')])]
+steps = [(1.0, render_in_window), (2.0, lambda: screenshot('during')), (0.1, press), (0.05, cancelled),
+         (1.0, lambda: screenshot('after'))]
 run(steps)
 """,
         mode="endless",
     )
+    if "NO XTST" in run.output:
+        pytest.skip("this Blender's system has no libXtst to press keys with")
     assert "STOPPED AFTER" in run.output, run.output
     assert len(run.of_type("render_cancel")) == 1
-    during, after = np.load(tmp_path / "during.png.npy"), np.load(tmp_path / "after.png.npy")
+    during, after = read_screenshot(tmp_path / "during"), read_screenshot(tmp_path / "after")
     # 0.05 s for a tile of 4096 px: some are there, and they stay after Esc.
     shown, kept = gradient_pixels(during), gradient_pixels(after)
     assert shown > 10_000 and kept >= shown
@@ -122,12 +132,12 @@ def shade(kind): view().spaces.active.shading.type = kind
 def move(): moving.location.z = 2
 def turn(): view().spaces.active.region_3d.view_rotation = (1, 0, 0, 0)
 def change(): moving.data.vertices[0].co.x = 9; moving.data.update()
-steps = [(1.0, lambda: shade('RENDERED')), (2.0, lambda: screenshot('view.png')), (0.5, move), (1.0, turn),
-         (1.0, change), (1.0, lambda: shade('SOLID')), (0.5, lambda: load_picture('view.png'))]
+steps = [(1.0, lambda: shade('RENDERED')), (2.0, lambda: screenshot('view')), (0.5, move), (1.0, turn),
+         (1.0, change), (1.0, lambda: shade('SOLID'))]
 run(steps)
 """
     )
-    assert gradient_pixels(np.load(tmp_path / "view.png.npy")) > 50_000
+    assert gradient_pixels(read_screenshot(tmp_path / "view")) > 50_000
     sent = [{(edit["op"], edit["kind"], edit["id"]) for edit in edits} for edits in run.transactions]
     assert ("upsert", "mesh", "mesh:still") in sent[0] and ("upsert", "object", "moving") in sent[0]
     assert {("upsert", "object", "moving")} in sent[1:]
@@ -144,7 +154,7 @@ def test_a_viewport_without_a_daemon_says_so_and_blender_lives(run_window, tmp_p
 quad()
 def view(): return next(area for area in window().screen.areas if area.type == 'VIEW_3D')
 def shade(): view().spaces.active.shading.type = 'RENDERED'
-steps = [(1.0, shade), (1.5, lambda: screenshot('view.png')), (0.1, lambda: print('STILL HERE'))]
+steps = [(1.0, shade), (1.5, lambda: screenshot('view')), (0.1, lambda: print('STILL HERE'))]
 run(steps)
 """,
         daemon="/nowhere/lambentd",
@@ -223,12 +233,13 @@ def big():
     bpy.context.view_layer.objects.active = shown[0]
 steps = [(1.0, big)]
 for tab in ('RENDER', 'OUTPUT', 'VIEW_LAYER', 'SCENE', 'WORLD', 'OBJECT', 'DATA', 'MATERIAL'):
-    steps += [(0.2, lambda tab=tab: show(shown[0], tab)), (0.3, lambda tab=tab: screenshot(f'{tab}.png'))]
+    steps += [(0.2, lambda tab=tab: show(shown[0], tab)), (0.3, lambda tab=tab: screenshot(f'{tab}'))]
 for ob in shown[1:]:
-    steps += [(0.2, lambda ob=ob: show(ob, 'DATA')), (0.3, lambda ob=ob: screenshot(f'DATA_{ob.name}.png'))]
+    steps += [(0.2, lambda ob=ob: show(ob, 'DATA')), (0.3, lambda ob=ob: screenshot(f'DATA_{ob.name}'))]
 run(steps)
 """
     )
-    for marker in ("Traceback", "Error", "rna_uiItem"):
+    for marker in ("Traceback", "Error:", "rna_uiItem"):
         assert marker not in run.output, run.output
-    assert len(list(tmp_path.glob("*.png"))) == 13
+    pictures = [read_screenshot(tmp_path / name) for name in ("RENDER", "MATERIAL", "WORLD", "DATA_AREA", "DATA_camera")]
+    assert all(np.abs(a - b).max() > 0.1 for a, b in zip(pictures, pictures[1:]))

@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Runs inside Blender with the add-on enabled: saves the open scene as a .lambent file, as the daemon would render it.
+
+    blender -b SCENE.blend --python-exit-code 1 --python save_scene.py -- OUT.lambent DAEMON [WIDTH SAMPLES]
+
+The export is that of a render (Blender evaluates a scene for rendering only inside one), which ends there: nothing is
+rendered. DAEMON is the program lambentd.
+"""
+
+import os
+import sys
+
+import addon_utils
+import bpy
+
+
+def save_instead_of_rendering(path):
+    """Has the add-on's next render send `save_scene` where it would start to render."""
+    from lambent.render import final
+
+    def save(self, epoch, writer):
+        answer = self._client.ask({"type": "save_scene", "path": path}, "scene_saved", lambda: False)
+        print(f"saved {answer['path']} ({answer['bytes']} bytes)")
+
+    final._LayerRender._receive = save
+
+
+def main():
+    out, daemon, *rest = sys.argv[sys.argv.index("--") + 1 :]
+    out = os.path.abspath(out)
+    addon_utils.enable("lambent", default_set=True)
+    bpy.context.preferences.addons["lambent"].preferences.daemon_path = os.path.abspath(daemon)
+    scene = bpy.context.scene
+    scene.render.engine = "LAMBENT"
+    if rest:
+        width, samples = (int(text) for text in rest)
+        render = scene.render
+        render.resolution_y = round(width * render.resolution_y / render.resolution_x)
+        render.resolution_x, render.resolution_percentage = width, 100
+        scene.lambent.samples = samples
+    os.makedirs(os.path.dirname(out), exist_ok=True)
+    save_instead_of_rendering(out)
+    bpy.ops.render.render()  # raises when the engine reports an error
+
+
+main()

@@ -25,7 +25,7 @@ TEST(ClosedEmittingSphere, radiance_is_the_geometric_series_whatever_the_bounce_
     SceneMaker maker(16, 16, 256);
     maker.material("m", diffuse_emitter(Color(0.5f), Color(1.0f))).sphere("s", Vec3(0.0f), 1.0f, 8, "m");
     maker.settings.max_bounces = maker.settings.diffuse_bounces = bounces;
-    expect_mean(render(maker.transaction()), 2.0 * (1.0 - std::pow(0.5, bounces + 1)));
+    expect_mean(render(maker.transaction()), 2.0 * (1.0 - std::pow(0.5, bounces + 2)));
   }
 }
 
@@ -109,13 +109,13 @@ TEST(LampIrradiance, sun_energy_is_irradiance) {
 }
 
 TEST(LampIrradiance, coaxial_disk) {
-  // A Lambertian disk of flux P, radius R: L = P / (pi · pi R²); E = pi L R² / (R² + h²).
+  // Blender's area lamps have radiance P / (4 area); E = pi L R² / (R² + h²).
   description::Light light;
   light.type = LightType::area;
   light.shape = description::AreaShape::disk;
   light.size_m = {2.0f, 2.0f};
   light.energy = 50.0f;
-  const double radiance = 50.0 / (M_PI * M_PI);
+  const double radiance = 50.0 / (4.0 * M_PI);
   EXPECT_NEAR(irradiance(light, Transform::translation({0, 0, 1.5f})), M_PI * radiance / (1 + 1.5 * 1.5), 0.01);
 }
 

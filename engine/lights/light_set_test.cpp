@@ -211,7 +211,7 @@ TEST(LightSet, emissive_polygons_give_lamberts_irradiance_at_any_scale) {
   }
 }
 
-/// Sphere of 2 · rings² triangles, as Blender's UV sphere.
+/// UV sphere.
 std::vector<EmissiveTriangle> sphere(const Vec3& c, float r, int rings, uint32_t emission) {
   std::vector<EmissiveTriangle> triangles;
   const auto vertex = [&](int i, int j) {
@@ -222,8 +222,10 @@ std::vector<EmissiveTriangle> sphere(const Vec3& c, float r, int rings, uint32_t
   uint32_t number = 0;
   for (int i = 0; i < rings; ++i)
     for (int j = 0; j < rings; ++j) {
-      triangles.push_back({vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), number++, emission});
-      triangles.push_back({vertex(i, j), vertex(i + 1, j + 1), vertex(i, j + 1), number++, emission});
+      // At the poles a quad is a triangle.
+      if (i + 1 < rings)
+        triangles.push_back({vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), number++, emission});
+      if (i > 0) triangles.push_back({vertex(i, j), vertex(i + 1, j + 1), vertex(i, j + 1), number++, emission});
     }
   return triangles;
 }
@@ -238,12 +240,9 @@ TEST(LightSet, a_finely_tessellated_sphere_gives_the_irradiance_of_its_triangles
   const Vec3 n(0, 0, 1);
   double exact = 0.0;
   for (const auto& t : triangles)
-    if (dot(cross(t.b - t.a, t.c - t.a), t.a) < 0 && length(cross(t.b - t.a, t.c - t.a)) > 1e-12f)
-      exact += 4 * polygon_irradiance(Vec3(0.0f), n, {t.a, t.b, t.c});
+    if (dot(cross(t.b - t.a, t.c - t.a), t.a) < 0) exact += 4 * polygon_irradiance(Vec3(0.0f), n, {t.a, t.b, t.c});
   builder.add_mesh(0, "Ball", triangles);
-  Report report;
-  const auto set = builder.build(report);
-  ASSERT_EQ(report.messages().size(), 1u);  // the poles' quads have a triangle without area each
+  const auto set = build(builder);
   EXPECT_EQ(set->triangle_count(), static_cast<size_t>(2 * rings * (rings - 1)));
   const double measured = irradiance(*set, Vec3(0.0f), n, 1 << 18);
   EXPECT_NEAR(measured / exact, 1.0, 2e-3);

@@ -24,7 +24,8 @@ struct LightCluster {
 
 /// Immutable. About 45 bytes an emitter (nodes of 128 bytes for four children, and a path of 4 bytes an emitter).
 ///
-/// Invariant: a light whose importance is not provably zero at a receiver has a positive probability there.
+/// Invariant: a light whose importance is not provably zero at a receiver has a positive probability there. A single
+/// light is chosen without being weighed.
 class LightTree {
  public:
   LightTree() = default;

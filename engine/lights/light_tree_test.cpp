@@ -53,8 +53,8 @@ TEST(LightTree, probabilities_sum_to_one_and_are_those_of_sampling) {
       // A branch whose clusters cannot be ruled out as a whole may have no light that can: what goes there is lost,
       // unnoticed.
       EXPECT_LT(sum, 1.0 + 1e-4);
-      if (n == 1000) {
-        EXPECT_GT(sum, 0.5);
+      if (n == 1000 && length_squared(normal) == 0.0f) {
+        EXPECT_GT(sum, 0.9);
       }
       int chosen = 0;
       for (int k = 0; k < 200; ++k) {

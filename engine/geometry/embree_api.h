@@ -7,6 +7,7 @@
 #include <embree3/rtcore.h>
 #endif
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -39,12 +40,23 @@ inline RTCRay make_ray(const Ray& ray, uint32_t mask) {
   return result;
 }
 
+/// Embree asserts this, in Debian's build too, and would abort.
+inline bool traceable(const Ray& ray) {
+  constexpr float k_largest = 1.8e18f;
+  const auto fits = [](const Vec3& v) {  // false for NaN
+    return std::fabs(v.x) <= k_largest && std::fabs(v.y) <= k_largest && std::fabs(v.z) <= k_largest;
+  };
+  return fits(ray.origin) && fits(ray.direction) && !std::isnan(ray.t_min) && !std::isnan(ray.t_max);
+}
+
 /// Top-level geometry numbers are instance numbers, whether the instance is flattened or not.
 inline uint32_t instance_number(uint32_t outer, uint32_t geometry) {
   return outer == RTC_INVALID_GEOMETRY_ID ? geometry : outer;
 }
 
 inline bool closest_hit(RTCScene scene, const Ray& ray, Hit& hit) {
+  if (!traceable(ray)) [[unlikely]]
+    return false;
   RTCRayHit query;
   query.ray = make_ray(ray, ray.mask & k_visible_all);
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
@@ -65,6 +77,8 @@ inline bool closest_hit(RTCScene scene, const Ray& ray, Hit& hit) {
 }
 
 inline bool any_hit(RTCScene scene, const Ray& ray, uint32_t mask) {
+  if (!traceable(ray)) [[unlikely]]
+    return false;
   RTCRay query = make_ray(ray, mask);
 #if LAMBENT_EMBREE_MAJOR >= 4
   rtcOccluded1(scene, &query);
@@ -101,6 +115,8 @@ inline void visit_filter(const RTCFilterFunctionNArguments* arguments) {
 
 /// Whether a visit blocked the ray.
 inline bool any_hit_visiting(RTCScene scene, const Ray& ray, uint32_t mask, Visit visit, void* visitor) {
+  if (!traceable(ray)) [[unlikely]]
+    return false;
   RTCRay query = make_ray(ray, mask);
   VisitContext context;
   context.visit = visit;

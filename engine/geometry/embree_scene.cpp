@@ -24,11 +24,14 @@ Result<std::shared_ptr<Device>> Device::create() {
       device.get());
   rtcSetDeviceMemoryMonitorFunction(
       device->device_,
-      [](void* self, ssize_t bytes, bool) {
+      [](void* self, ssize_t bytes, bool post) {
         auto* counting = static_cast<Device*>(self);
         const ssize_t total = counting->bytes_.fetch_add(bytes, std::memory_order_relaxed) + bytes;
         const size_t limit = counting->limit_.load(std::memory_order_relaxed);
-        return bytes <= 0 || limit == 0 || total <= static_cast<ssize_t>(limit);
+        if (bytes <= 0 || post || limit == 0 || total <= static_cast<ssize_t>(limit)) return true;
+        // Refused beforehand: it is not allocated and will not be reported as freed.
+        counting->bytes_.fetch_sub(bytes, std::memory_order_relaxed);
+        return false;
       },
       device.get());
   return device;

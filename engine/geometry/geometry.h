@@ -33,7 +33,8 @@ struct GeometryObject {
 struct Instance {
   const TriangleMesh* mesh = nullptr;  ///< null: dropped (singular or non-finite transform)
   Transform world_from_object, object_from_world;
-  float inverse_error = 1.0f;    ///< how much the inverse amplifies rounding: at least 1
+  float inverse_error = 1.0f;  ///< how much the inverse amplifies rounding: at least 1
+  uint32_t visibility = k_visible_all;
   uint32_t object = 0;           ///< index into the builder's list of objects
   uint32_t index_in_object = 0;  ///< which of the object's transforms
   bool mirrored = false;
@@ -131,18 +132,20 @@ class Geometry {
 class GeometryBuilder {
  public:
   GeometryBuilder();
-  ~GeometryBuilder();
+  ~GeometryBuilder();  ///< waits for what a cancelled build left running (up to a second for 10 million triangles)
   GeometryBuilder(const GeometryBuilder&) = delete;
   GeometryBuilder& operator=(const GeometryBuilder&) = delete;
 
   /// Builds in parallel on TBB's threads. Instances with a singular or non-finite transform are dropped and reported by
-  /// object name. Error: out of memory, over the memory limit, Embree unavailable, or "cancelled" (within 100 ms of the
-  /// flag; meshes built by then are kept for the next call).
+  /// object name. Error: out of memory, over the memory limit, Embree unavailable, or "cancelled": within 100 ms of the
+  /// flag, though Embree may need longer to notice (then it goes on in the background, and the next build waits for
+  /// that). Meshes finished by then are kept for the next call.
   Result<std::shared_ptr<const Geometry>> build(const std::vector<GeometryObject>& objects,
                                                 const GeometryOptions& options, const CancelFlag& cancel,
                                                 Report& report);
 
  private:
+  struct Job;
   struct State;
   std::unique_ptr<State> state_;
 };

@@ -24,10 +24,15 @@ _DOMAINS = {"POINT": "vertex", "CORNER": "corner", "FACE": "face"}
 
 def export_mesh(edits, identifier, name, mesh, attribute_names):
     """Puts an evaluated mesh; attribute_names are the generic attributes that some material reads."""
-    mesh.calc_loop_triangles()
-    triangle_count = len(mesh.loop_triangles)
-    corners = np.empty(triangle_count * 3, np.int32)
-    mesh.loop_triangles.foreach_get("loops", corners)
+    if len(mesh.loops) == 3 * len(mesh.polygons):
+        # A face has at least three corners, so these are triangles already; Blender 3.4 is slow at handing out its own.
+        corners = np.arange(len(mesh.loops), dtype=np.int32)
+        faces = np.arange(len(mesh.polygons), dtype=np.int32)
+    else:
+        mesh.calc_loop_triangles()
+        corners = np.empty(len(mesh.loop_triangles) * 3, np.int32)
+        mesh.loop_triangles.foreach_get("loops", corners)
+        faces = compat.triangle_faces(mesh)
     value = {
         "name": name,
         "positions": edits.array(compat.positions(mesh)),
@@ -37,7 +42,6 @@ def export_mesh(edits, identifier, name, mesh, attribute_names):
     # Index arrays that say what the protocol assumes without them stay at home.
     if not _counts_up(corners, len(mesh.loops)):
         value["triangle_corners"] = edits.array(corners.view(np.uint32).reshape(-1, 3))
-    faces = compat.triangle_faces(mesh)
     if not _counts_up(faces, len(mesh.polygons)):
         value["triangle_faces"] = edits.array(faces.view(np.uint32))
     slots = compat.face_materials(mesh)
@@ -45,7 +49,7 @@ def export_mesh(edits, identifier, name, mesh, attribute_names):
         # Blender shows a slot beyond the last as the last; the object that uses the mesh has as many slots as it.
         last = max(len(mesh.materials) - 1, 0)
         value["triangle_materials"] = edits.array(np.clip(slots, 0, last).astype(np.uint16)[faces])
-    if triangle_count:
+    if len(faces):
         normals = compat.normals(mesh)
         if normals is not None:
             value["normals"] = {"domain": normals[0], "values": edits.array(normals[1])}

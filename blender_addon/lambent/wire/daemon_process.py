@@ -32,7 +32,7 @@ def find_program(preferred="", bundled_directory=""):
         if path:
             path = os.path.expanduser(path)
             if not os.access(path, os.X_OK) or os.path.isdir(path):
-                raise DaemonUnavailable(f"'{path}', which {source} names as Lambent daemon, is not a program")
+                raise DaemonUnavailable(f"'{path}', set in {source} as the Lambent daemon, is not a program")
             return path
     bundled = os.path.join(bundled_directory, PROGRAM) if bundled_directory else ""
     if bundled and os.access(bundled, os.X_OK):

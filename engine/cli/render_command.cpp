@@ -197,7 +197,9 @@ int render(const RenderOptions& options) {
   Report report;  // of the conductor thread until `done`
   events.report = [&](int64_t, const Report& found) { report.append(found); };
   events.done = [&](const RenderOutcome& outcome) { finish.set(outcome); };
-  Session session(Engine::create({options.threads}), std::move(events));
+  EngineOptions engine_options;
+  engine_options.threads = options.threads;
+  Session session(Engine::create(engine_options), std::move(events));
   session.apply(edits_of(*scene, *settings));
   if (options.resume)
     if (Status loaded = session.load_checkpoint(options.checkpoint); !loaded) {

@@ -246,6 +246,7 @@ BsdfSample Bsdf::sample(const Vec3& wi_world, float u_lobe, const Vec2& u, Trans
       result.pdf_reverse_solid_angle =
           total_reverse > 0.0f ? share_reverse / total_reverse * sampled.prob_reverse : 0.0f;
     }
+    if (!is_finite(result.weight)) return BsdfSample{};
     return result;
   }
   const BsdfEval eval_all = eval(wi_world, wo, transport, reverse_pdf);

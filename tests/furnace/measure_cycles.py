@@ -119,8 +119,8 @@ def cases():
         "transmission roughness": {"Transmission": 1.0, "Roughness": 0.3, "Transmission Roughness": 0.5},
         "alpha": {"Alpha": 0.6},
         "emission": {"Emission": (0.3, 0.2, 0.1, 1), "Emission Strength": 2.0},
-        "many": {"Metallic": 0.3, "Transmission": 0.4, "Clearcoat": 0.5, "Sheen": 0.3, "Roughness": 0.6,
-                 "Specular": 0.8, "Specular Tint": 0.3, "Clearcoat Roughness": 0.2, "Alpha": 0.8},
+        # With sheen or clearcoat besides, Cycles runs out of closures and drops some.
+        "many": {"Metallic": 0.3, "Transmission": 0.4, "Roughness": 0.6, "Specular": 0.8, "Specular Tint": 0.3},
     }.items():
         principled.append(("principled " + name, [("BsdfPrincipled", {**base, **inputs}, {"distribution": "GGX"})]))
     for roughness in (0.3, 0.8):

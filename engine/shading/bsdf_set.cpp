@@ -105,17 +105,17 @@ void Bsdf::begin(const ShadingPoint& point) {
   transparency_ = emission_ = Color(0.0f);
 }
 
-void Bsdf::add(const Lobe& lobe_in) {
-  Lobe lobe = lobe_in;
+Lobe Bsdf::sanitized(const Lobe& given) {
+  Lobe lobe = given;
   lobe.weight = sane_color(lobe.weight, 1e30f);
-  if (!(average(lobe.weight) >= k_weight_cutoff)) return;
   lobe.alpha_x = sane(lobe.alpha_x, 0.0f, 1.0f, 1.0f);
   lobe.alpha_y = sane(lobe.alpha_y, 0.0f, 1.0f, 1.0f);
   lobe.param = sane(lobe.param, 0.0f, 1.0f, 0.0f);
   lobe.eta = sane(lobe.eta, 1e-5f, 1e5f, 1.0f);
   lobe.f0 = sane_color(lobe.f0, 1.0f);
   lobe.f90 = sane_color(lobe.f90, 1.0f);
-  if (!is_finite(lobe.n) || length_squared(lobe.n) < 0.25f) lobe.n = ns_world_;
+  if (!is_finite(lobe.n) || length_squared(lobe.n) < 0.25f)
+    lobe.n = Vec3(0.0f);  // add_sanitized() puts ns in its place
   if (!is_finite(lobe.tangent)) lobe.tangent = Vec3(0.0f);
   if (is_microfacet(lobe.kind)) {
     // Transmission without a change of index goes straight on, whatever the roughness: the lobe narrows to a delta.
@@ -135,29 +135,36 @@ void Bsdf::add(const Lobe& lobe_in) {
     }
     if (lobe.alpha_x == lobe.alpha_y) lobe.tangent = Vec3(0.0f);
   }
-  if (lobe.kind == LobeKind::transparent) {
-    transparency_ += lobe.weight;
+  return lobe;
+}
+
+void Bsdf::add_sanitized(const Lobe& given) {
+  if (!(average(given.weight) >= k_weight_cutoff)) return;
+  if (given.kind == LobeKind::transparent) {
+    transparency_ += given.weight;
     for (int i = 0; i < count_; ++i)
       if (lobes_[i].kind == LobeKind::transparent) {
-        lobes_[i].weight += lobe.weight;
+        lobes_[i].weight += given.weight;
         return;
       }
   }
   if (count_ == k_max_lobes) {
-    for (int i = 0; i < count_; ++i)
-      if (lobes_[i].kind == LobeKind::diffuse) {
-        lobes_[i].weight += lobe.weight;
-        return;
-      }
-    Lobe& last = lobes_[count_ - 1];
-    if (last.kind == LobeKind::transparent) std::swap(lobes_[count_ - 2], last);
-    lobe.weight += last.weight;
-    lobe.kind = LobeKind::diffuse;
-    last = lobe;
-    has_non_delta_ = true;
+    // Full: the weight joins a diffuse lobe, which takes the place of the last one if there is none
+    Lobe* diffuse = nullptr;
+    for (int i = 0; i < count_ && !diffuse; ++i)
+      if (lobes_[i].kind == LobeKind::diffuse) diffuse = &lobes_[i];
+    if (!diffuse) {
+      if (lobes_[count_ - 1].kind == LobeKind::transparent) std::swap(lobes_[count_ - 2], lobes_[count_ - 1]);
+      diffuse = &lobes_[count_ - 1];
+      diffuse->kind = LobeKind::diffuse;
+      has_non_delta_ = true;
+    }
+    diffuse->weight += given.weight;
     return;
   }
-  lobes_[count_++] = lobe;
+  Lobe& lobe = lobes_[count_++];
+  lobe = given;
+  if (length_squared(lobe.n) == 0.0f) lobe.n = ns_world_;
   has_non_delta_ |= !is_delta(lobe);
 }
 
@@ -246,6 +253,7 @@ BsdfSample Bsdf::sample(const Vec3& wi_world, float u_lobe, const Vec2& u, Trans
       result.pdf_reverse_solid_angle =
           total_reverse > 0.0f ? share_reverse / total_reverse * sampled.prob_reverse : 0.0f;
     }
+    if (!is_finite(result.weight)) return BsdfSample{};
     return result;
   }
   const BsdfEval eval_all = eval(wi_world, wo, transport, reverse_pdf);

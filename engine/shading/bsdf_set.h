@@ -25,7 +25,11 @@ class Bsdf {
   void begin(const ShadingPoint& point);
   /// Adds a lobe. Drops one whose weight is zero; makes non-finite or out-of-range parameters harmless. At most
   /// k_max_lobes: beyond that the weight joins a diffuse lobe, so no energy appears or vanishes unseen by albedo().
-  void add(const Lobe& lobe);
+  void add(const Lobe& lobe) { add_sanitized(sanitized(lobe)); }
+  /// The lobe with finite parameters in their ranges; what is a delta becomes one. Idempotent.
+  static Lobe sanitized(const Lobe& lobe);
+  /// Adds a lobe that sanitized() returned, its weight scaled and its unit normal and tangent replaced at most.
+  void add_sanitized(const Lobe& lobe);
   void add_emission(const Color& radiance);
 
   /// All non-delta lobes for one pair of unit world directions; zero for pairs that no lobe connects.

@@ -294,6 +294,8 @@ void Compiler::add_closure(ClosureUse use, const Value& weight, const std::vecto
     use.constant = true;
     make_lobes(use.kind, use.model, values, false, 1.0f, use.front);
     make_lobes(use.kind, use.model, values, true, 1.0f, use.back);
+    for (LobeTemplates* side : {&use.front, &use.back})
+      for (int i = 0; i < side->count; ++i) side->entries[i].lobe = Bsdf::sanitized(side->entries[i].lobe);
   }
   const bool emits =
       use.kind == ClosureKind::emission ||

@@ -50,23 +50,26 @@ void add_closure(const ProgramData& program, const Instruction& instruction, con
                                     : sink.normal();
   if (use.has_tangent) tangent = vector_at(program, registers, *operand++);
 
-  LobeTemplates made;
-  const LobeTemplates* templates = point.backfacing ? &use.back : &use.front;
-  if (!use.constant) {
+  const auto add = [&](const LobeTemplates& templates, bool sanitized) {
+    if (!is_black(templates.emission)) sink.bsdf.add_emission(templates.emission * weight);
+    for (int i = 0; i < templates.count; ++i) {
+      const LobeTemplates::Entry& entry = templates.entries[i];
+      Lobe lobe = entry.lobe;
+      lobe.weight *= weight;
+      lobe.n = entry.coat ? coat_normal : n;
+      if (entry.anisotropic)
+        lobe.tangent = entry.rotation != 0.0f ? rotate_around_axis(tangent, n, entry.rotation * 2.0f * k_pi) : tangent;
+      sink.bsdf.add_sanitized(sanitized ? lobe : Bsdf::sanitized(lobe));
+    }
+  };
+  if (use.constant) {
+    add(point.backfacing ? use.back : use.front, true);
+  } else {
     float parameters[k_max_closure_parameters];
     for (int i = 0; i < use.parameter_count; ++i) parameters[i] = *at(program, registers, operand[i]);
+    LobeTemplates made;
     make_lobes(use.kind, use.model, parameters, point.backfacing, std::fabs(dot(n, point.wi_world)), made);
-    templates = &made;
-  }
-  sink.bsdf.add_emission(templates->emission * weight);
-  for (int i = 0; i < templates->count; ++i) {
-    const LobeTemplates::Entry& entry = templates->entries[i];
-    Lobe lobe = entry.lobe;
-    lobe.weight *= weight;
-    lobe.n = entry.coat ? coat_normal : n;
-    if (entry.anisotropic)
-      lobe.tangent = entry.rotation != 0.0f ? rotate_around_axis(tangent, n, entry.rotation * 2.0f * k_pi) : tangent;
-    sink.bsdf.add(lobe);
+    add(made, false);
   }
 }
 

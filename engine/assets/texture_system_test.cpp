@@ -1,0 +1,223 @@
+#include "engine/assets/texture_system.h"
+
+#include <OpenImageIO/imageio.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "engine/assets/color_space.h"
+
+namespace lambent {
+namespace {
+
+using testing::HasSubstr;
+
+class TextureTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() /
+              ("lambent_texture_test_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  // Rows from the top, as files have them.
+  std::string write(const std::string& name, int width, int height, int channels, const std::vector<uint8_t>& pixels) {
+    const std::string path = (folder_ / name).string();
+    auto output = OIIO::ImageOutput::create(path);
+    OIIO::ImageSpec spec(width, height, channels, OIIO::TypeDesc::UINT8);
+    if (channels == 4) spec.attribute("oiio:UnassociatedAlpha", 1);
+    EXPECT_TRUE(output && output->open(path, spec) && output->write_image(OIIO::TypeDesc::UINT8, pixels.data()));
+    output->close();
+    return path;
+  }
+  TextureHandle load(const std::string& path, const std::string& colorspace = "Non-Color",
+                     ImageAlpha alpha = ImageAlpha::straight) {
+    ImageSource source;
+    source.name = "picture";
+    source.path = path;
+    source.colorspace = colorspace;
+    source.alpha = alpha;
+    return textures_.add_image(source, report_);
+  }
+  Texel at(const TextureHandle& texture, float u, float v,
+           TextureInterpolation interpolation = TextureInterpolation::closest,
+           TextureExtension extension = TextureExtension::repeat, bool straight = false) {
+    TextureLookup lookup;
+    lookup.uv = {u, v};
+    lookup.interpolation = interpolation;
+    lookup.extension = extension;
+    lookup.straight_color = straight;
+    return textures_.lookup(*texture, lookup);
+  }
+
+  std::filesystem::path folder_;
+  TextureSystem textures_;
+  Report report_;
+};
+
+TEST_F(TextureTest, v_zero_is_the_bottom_row) {
+  const TextureHandle texture = load(write("a.png", 1, 2, 3, {255, 0, 0, 0, 0, 255}));
+  EXPECT_EQ(at(texture, 0.5f, 0.25f).color, Color(0, 0, 1));
+  EXPECT_EQ(at(texture, 0.5f, 0.75f).color, Color(1, 0, 0));
+}
+
+TEST_F(TextureTest, srgb_is_decoded_and_data_is_not) {
+  const std::string path = write("a.png", 1, 1, 3, {128, 128, 128});
+  EXPECT_NEAR(at(load(path, "sRGB"), 0.5f, 0.5f).color.x, linear_from_srgb(128 / 255.0f), 1e-6f);
+  EXPECT_NEAR(at(load(path, "Non-Color"), 0.5f, 0.5f).color.x, 128 / 255.0f, 1e-6f);
+}
+
+TEST_F(TextureTest, linear_interpolation_is_half_way_between_texels) {
+  const TextureHandle texture = load(write("a.png", 2, 1, 3, {0, 0, 0, 255, 255, 255}));
+  EXPECT_NEAR(at(texture, 0.5f, 0.5f, TextureInterpolation::linear).color.x, 0.5f, 1e-5f);
+  EXPECT_NEAR(at(texture, 0.25f, 0.5f, TextureInterpolation::linear).color.x, 0.0f, 1e-5f);
+}
+
+TEST_F(TextureTest, cubic_interpolation_keeps_a_constant_and_smooths_a_step) {
+  const TextureHandle texture = load(write("a.png", 2, 1, 3, {0, 0, 0, 255, 255, 255}));
+  const float middle = at(texture, 0.25f, 0.5f, TextureInterpolation::cubic, TextureExtension::extend).color.x;
+  EXPECT_NEAR(middle, 1.0f / 6.0f, 1e-4f);  // B-spline weights 1/6, 4/6, 1/6 on 0, 0, 1
+}
+
+TEST_F(TextureTest, extensions_repeat_extend_clip_and_mirror) {
+  const TextureHandle texture = load(write("a.png", 2, 1, 3, {0, 0, 0, 255, 255, 255}));
+  const auto value = [&](TextureExtension extension, float u) {
+    return at(texture, u, 0.5f, TextureInterpolation::closest, extension);
+  };
+  EXPECT_EQ(value(TextureExtension::repeat, 1.25f).color.x, 0.0f);
+  EXPECT_EQ(value(TextureExtension::repeat, -0.25f).color.x, 1.0f);
+  EXPECT_EQ(value(TextureExtension::extend, 5.0f).color.x, 1.0f);
+  EXPECT_EQ(value(TextureExtension::clip, 1.25f).alpha, 0.0f);
+  EXPECT_EQ(value(TextureExtension::mirror, 1.25f).color.x, 1.0f);
+}
+
+TEST_F(TextureTest, straight_alpha_is_associated_and_divided_out_when_asked) {
+  const TextureHandle texture = load(write("a.png", 1, 1, 4, {200, 100, 50, 51}));
+  const Texel premultiplied = at(texture, 0.5f, 0.5f);
+  EXPECT_NEAR(premultiplied.alpha, 0.2f, 1e-5f);
+  EXPECT_NEAR(premultiplied.color.x, 200 / 255.0f, 1e-5f) << "data keeps its alpha apart";
+  const TextureHandle color = load((folder_ / "a.png").string(), "sRGB");
+  EXPECT_NEAR(at(color, 0.5f, 0.5f).color.x, linear_from_srgb(40 / 255.0f), 1e-5f);
+  EXPECT_NEAR(at(color, 0.5f, 0.5f, TextureInterpolation::closest, TextureExtension::repeat, true).color.x,
+              linear_from_srgb(200 / 255.0f), 5e-3f);
+}
+
+TEST_F(TextureTest, alpha_modes_none_and_channel_packed_leave_the_colour_alone) {
+  const std::string path = write("a.png", 1, 1, 4, {200, 100, 50, 51});
+  const Texel none = at(load(path, "sRGB", ImageAlpha::none), 0.5f, 0.5f);
+  EXPECT_EQ(none.alpha, 1.0f);
+  EXPECT_NEAR(none.color.x, linear_from_srgb(200 / 255.0f), 1e-5f);
+  const Texel packed = at(load(path, "sRGB", ImageAlpha::channel_packed), 0.5f, 0.5f);
+  EXPECT_NEAR(packed.alpha, 0.2f, 1e-5f);
+  EXPECT_NEAR(packed.color.x, linear_from_srgb(200 / 255.0f), 1e-5f);
+}
+
+TEST_F(TextureTest, grey_images_have_three_equal_channels) {
+  EXPECT_EQ(at(load(write("a.png", 1, 1, 1, {51})), 0.5f, 0.5f).color, Color(51 / 255.0f));
+}
+
+TEST_F(TextureTest, a_missing_file_is_pink_and_named) {
+  const TextureHandle texture = load((folder_ / "nothing.png").string());
+  EXPECT_EQ(at(texture, 0.1f, 0.2f).color, Color(1, 0, 1));
+  EXPECT_EQ(at(texture, 0.1f, 0.2f).alpha, 1.0f);
+  ASSERT_EQ(report_.messages().size(), 1u);
+  EXPECT_EQ(report_.messages()[0].code, "missing_texture");
+  EXPECT_THAT(report_.messages()[0].text, HasSubstr("picture"));
+  EXPECT_THAT(report_.messages()[0].text, HasSubstr("nothing.png"));
+}
+
+TEST_F(TextureTest, corrupt_and_truncated_files_are_pink_and_named) {
+  const std::string good = write("good.png", 64, 64, 3, std::vector<uint8_t>(64 * 64 * 3, 77));
+  std::ifstream in(good, std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(in)), {});
+  for (const auto& [name, content] : {std::pair<std::string, std::string>{"garbage.png", "this is not an image"},
+                                      {"empty.exr", ""},
+                                      {"cut.png", bytes.substr(0, bytes.size() / 2)}}) {
+    const std::string path = (folder_ / name).string();
+    std::ofstream(path, std::ios::binary) << content;
+    const TextureHandle texture = load(path);
+    ASSERT_TRUE(texture);
+    EXPECT_EQ(at(texture, 0.5f, 0.5f).color, Color(1, 0, 1)) << name;
+  }
+  EXPECT_EQ(report_.messages().size(), 3u);
+}
+
+TEST_F(TextureTest, packed_bytes_give_what_the_file_gives) {
+  const std::string path = write("a.png", 1, 2, 3, {255, 0, 0, 0, 0, 255});
+  std::ifstream in(path, std::ios::binary);
+  const std::vector<uint8_t> bytes((std::istreambuf_iterator<char>(in)), {});
+  ImageSource source;
+  source.name = "packed";
+  source.encoded = bytes;
+  source.extension = ".png";
+  source.colorspace = "Non-Color";
+  const TextureHandle texture = textures_.add_image(source, report_);
+  EXPECT_EQ(at(texture, 0.5f, 0.25f).color, Color(0, 0, 1));
+  EXPECT_TRUE(report_.messages().empty());
+}
+
+TEST_F(TextureTest, float_pixels_keep_their_range_and_lose_nan) {
+  const float pixels[] = {7.5f, 0.25f, -1.0f, std::numeric_limits<float>::quiet_NaN(), 1.0f, k_infinity};
+  ImageSource source;
+  source.name = "generated";
+  source.pixels = pixels;
+  source.width = 2, source.height = 1, source.channels = 3;
+  const TextureHandle texture = textures_.add_image(source, report_);
+  EXPECT_EQ(at(texture, 0.25f, 0.5f).color, Color(7.5f, 0.25f, -1.0f));
+  EXPECT_EQ(at(texture, 0.75f, 0.5f).color, Color(0.0f, 1.0f, 0.0f));
+}
+
+TEST_F(TextureTest, the_same_file_is_loaded_once_and_freed_with_its_last_handle) {
+  const std::string path = write("a.png", 64, 64, 3, std::vector<uint8_t>(64 * 64 * 3, 9));
+  TextureHandle first = load(path), second = load(path);
+  EXPECT_EQ(first, second);
+  EXPECT_EQ(textures_.bytes(), 64u * 64 * 3);
+  first.reset();
+  second.reset();
+  EXPECT_EQ(textures_.bytes(), 0u);
+}
+
+TEST_F(TextureTest, coordinates_that_are_not_finite_or_huge_are_harmless) {
+  const TextureHandle texture = load(write("a.png", 2, 2, 3, std::vector<uint8_t>(12, 255)));
+  for (const float u : {std::numeric_limits<float>::quiet_NaN(), k_infinity, 1e30f, -1e30f})
+    for (const auto interpolation :
+         {TextureInterpolation::closest, TextureInterpolation::linear, TextureInterpolation::cubic})
+      EXPECT_NEAR(at(texture, u, 0.5f, interpolation).color.x, 1.0f, 1e-5f);
+}
+
+TEST_F(TextureTest, an_image_over_the_memory_limit_goes_through_the_tile_cache_and_stays_within_it) {
+  constexpr int k_size = 6000;
+  std::vector<uint8_t> pixels(static_cast<size_t>(k_size) * k_size * 3);
+  for (int y = 0; y < k_size; ++y)
+    for (int x = 0; x < k_size; ++x) {
+      uint8_t* p = pixels.data() + (static_cast<size_t>(y) * k_size + x) * 3;
+      p[0] = static_cast<uint8_t>(255 * x / k_size), p[1] = static_cast<uint8_t>(255 * (k_size - 1 - y) / k_size),
+      p[2] = 40;
+    }
+  const std::string path = write("large.tif", k_size, k_size, 3, pixels);
+  TextureSystem::Options options;
+  options.memory_limit_bytes = size_t{64} << 20;
+  const TextureSystem small(options);
+  ImageSource source;
+  source.name = "large";
+  source.path = path;
+  source.colorspace = "Non-Color";
+  const TextureHandle texture = const_cast<TextureSystem&>(small).add_image(source, report_);
+  EXPECT_TRUE(report_.messages().empty());
+  for (int i = 0; i < 400; ++i) {
+    TextureLookup lookup;
+    lookup.uv = {static_cast<float>(i % 20) / 20 + 0.02f, static_cast<float>(i / 20) / 20 + 0.02f};
+    const Texel texel = small.lookup(*texture, lookup);
+    EXPECT_NEAR(texel.color.x, lookup.uv.x, 0.006f);
+    EXPECT_NEAR(texel.color.y, lookup.uv.y, 0.006f);
+    lookup.duvdx = {0.02f, 0};  // 120 texels: a coarse level will do
+    EXPECT_NEAR(small.lookup(*texture, lookup).color.x, lookup.uv.x, 0.02f);
+  }
+  EXPECT_LT(small.bytes(), size_t{64} << 20);
+}
+
+}  // namespace
+}  // namespace lambent

@@ -1,0 +1,279 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "engine/shading/expressions.h"
+#include "engine/shading/graph.h"
+
+namespace lambent {
+namespace {
+
+using testing::HasSubstr;
+
+GraphNode make_node(const std::string& type, std::map<std::string, GraphValue> inputs = {},
+                    std::map<std::string, GraphValue> properties = {}) {
+  GraphNode node;
+  node.name = type + " node";
+  node.type = type;
+  node.inputs = std::move(inputs);
+  node.properties = std::move(properties);
+  return node;
+}
+
+ShaderGraph make_graph(std::vector<GraphNode> nodes) {
+  ShaderGraph graph;
+  graph.nodes = std::move(nodes);
+  graph.surface = GraphLink{static_cast<int>(graph.nodes.size()) - 1, "BSDF"};
+  return graph;
+}
+
+GraphNumbers rgb(float r, float g, float b) { return {r, g, b, 1.0f}; }
+
+ShadingPoint front_point() {
+  ShadingPoint point;
+  point.wi_world = normalize(Vec3(0.3f, 0.1f, 0.9f));
+  return point;
+}
+
+struct Compiled {
+  Report report;
+  std::shared_ptr<const Program> program;
+  explicit Compiled(const ShaderGraph& graph) : program(compile_material(graph, "Paint", {}, report)) {}
+  Bsdf bsdf(const ShadingPoint& point = front_point()) const {
+    Bsdf result;
+    program->evaluate(point, nullptr, result);
+    return result;
+  }
+  std::string messages() const {
+    std::string all;
+    for (const Message& message : report.messages()) all += message.code + ": " + message.text + "\n";
+    return all;
+  }
+};
+
+TEST(Expressions, constants_are_folded) {
+  ProgramData program;
+  Expressions e(program);
+  const Value sum =
+      e.operation(Op::math, static_cast<int>(MathOperation::add), {e.number(2), e.number(3), e.number(0)}, 1);
+  ASSERT_TRUE(e.is_constant(sum));
+  EXPECT_EQ(*e.constant(sum), 5.0f);
+  EXPECT_TRUE(program.constants.empty());
+}
+
+TEST(Expressions, equal_operations_are_shared) {
+  ProgramData program;
+  Expressions e(program);
+  const Value a = e.operation(Op::position, 0, {}, 3), b = e.operation(Op::position, 0, {}, 3);
+  EXPECT_EQ(a, b);
+  EXPECT_EQ(e.operation(Op::length, 0, {a}, 1), e.operation(Op::length, 0, {b}, 1));
+  EXPECT_FALSE(e.operation(Op::position, 1, {}, 3) == a);
+}
+
+TEST(Expressions, only_what_a_closure_needs_is_generated) {
+  ProgramData program;
+  Expressions e(program);
+  const Value needed = e.operation(Op::length, 0, {e.operation(Op::position, 0, {}, 3)}, 1);
+  e.operation(Op::length, 0, {e.operation(Op::normal, 0, {}, 3)}, 1);
+  program.closures.emplace_back();
+  Code code;
+  ASSERT_TRUE(e.generate({{0, {needed}}}, code));
+  EXPECT_EQ(code.instructions.size(), 3u);  // position, length, closure
+}
+
+TEST(Expressions, registers_are_reused_after_their_last_reader) {
+  ProgramData program;
+  Expressions e(program);
+  Value value = e.operation(Op::parametric, 0, {}, 3);
+  for (int i = 0; i < 3000; ++i)
+    value = e.operation(Op::vector_math, static_cast<int>(VectorOperation::add),
+                        {value, e.vector({1, 0, 0}), e.vector(Vec3(0.0f)), e.number(0)}, 3);
+  program.closures.emplace_back();
+  Code code;
+  ASSERT_TRUE(e.generate({{0, {e.number(1), value}}}, code));
+  EXPECT_LE(code.register_floats, 6);
+}
+
+TEST(Compiler, a_constant_material_needs_no_value_instructions_and_has_its_lobes_ready) {
+  const Compiled compiled(make_graph({make_node("BsdfDiffuse", {{"Color", rgb(0.2f, 0.4f, 0.6f)}})}));
+  EXPECT_EQ(compiled.messages(), "");
+  const Bsdf bsdf = compiled.bsdf();
+  ASSERT_EQ(bsdf.lobes().size(), 1u);
+  EXPECT_EQ(bsdf.lobes()[0].weight, Color(0.2f, 0.4f, 0.6f));
+  EXPECT_TRUE(compiled.program->traits().scatters);
+  EXPECT_FALSE(compiled.program->traits().emits);
+  EXPECT_FALSE(compiled.program->traits().may_be_transparent);
+}
+
+TEST(Compiler, mixing_with_a_constant_zero_drops_the_unseen_shader) {
+  const Compiled compiled(make_graph(
+      {make_node("BsdfDiffuse"), make_node("Emission"),
+       make_node("MixShader",
+                 {{"Fac", 0.0f}, {"Shader", GraphLink{0, "BSDF"}}, {"Shader_001", GraphLink{1, "Emission"}}})}));
+  EXPECT_FALSE(compiled.program->traits().emits);
+  EXPECT_EQ(compiled.bsdf().lobes().size(), 1u);
+}
+
+TEST(Compiler, adding_shaders_may_exceed_energy_conservation) {
+  const Compiled compiled(
+      make_graph({make_node("BsdfDiffuse", {{"Color", rgb(0.8f, 0.8f, 0.8f)}}),
+                  make_node("BsdfGlossy", {{"Color", rgb(0.8f, 0.8f, 0.8f)}}),
+                  make_node("AddShader", {{"Shader", GraphLink{0, "BSDF"}}, {"Shader_001", GraphLink{1, "BSDF"}}})}));
+  EXPECT_NEAR(compiled.bsdf().albedo({0, 0, 1}).x, 1.6f, 1e-5f);
+}
+
+TEST(Compiler, constant_emission_needs_no_program) {
+  const Compiled compiled(make_graph({make_node("Emission", {{"Color", rgb(1, 0.5f, 0)}, {"Strength", 4.0f}})}));
+  EXPECT_TRUE(compiled.program->traits().emits);
+  EXPECT_TRUE(compiled.program->traits().constant_emission);
+  EXPECT_EQ(compiled.program->traits().emission, Color(4, 2, 0));
+  EXPECT_EQ(compiled.program->emission(front_point(), nullptr), Color(4, 2, 0));
+  EXPECT_EQ(compiled.bsdf().emission(), Color(4, 2, 0));
+}
+
+TEST(Compiler, varying_emission_is_estimated_by_its_mean) {
+  const Compiled compiled(make_graph({make_node("TexCoord"), make_node("TexGradient", {{"Vector", GraphLink{0, "UV"}}}),
+                                      make_node("Emission", {{"Color", GraphLink{1, "Color"}}, {"Strength", 2.0f}})}));
+  EXPECT_FALSE(compiled.program->traits().constant_emission);
+  EXPECT_NEAR(compiled.program->traits().emission.x, 1.0f, 0.15f);
+  ASSERT_EQ(compiled.program->attribute_requests().size(), 1u);
+  EXPECT_EQ(compiled.program->attribute_requests()[0].kind, AttributeRequest::Kind::uv);
+}
+
+TEST(Compiler, transparency_is_what_is_left_of_alpha) {
+  const Compiled compiled(make_graph({make_node("BsdfPrincipled", {{"Alpha", 0.25f}})}));
+  EXPECT_TRUE(compiled.program->traits().may_be_transparent);
+  EXPECT_NEAR(compiled.program->transparency(front_point(), nullptr).y, 0.75f, 1e-6f);
+  EXPECT_NEAR(compiled.bsdf().transparency().y, 0.75f, 1e-6f);
+}
+
+TEST(Compiler, a_black_or_missing_surface_absorbs) {
+  const Compiled compiled(ShaderGraph{});
+  EXPECT_TRUE(compiled.bsdf().empty());
+  EXPECT_FALSE(compiled.program->traits().scatters);
+}
+
+TEST(Compiler, loops_are_named_and_cut) {
+  const Compiled compiled(make_graph({make_node("Math", {{"Value", GraphLink{1, "Value"}}}),
+                                      make_node("Math", {{"Value", GraphLink{0, "Value"}}}),
+                                      make_node("BsdfDiffuse", {{"Roughness", GraphLink{0, "Value"}}})}));
+  EXPECT_THAT(compiled.messages(), HasSubstr("broken_graph"));
+  EXPECT_THAT(compiled.messages(), HasSubstr("Math node"));
+  EXPECT_EQ(compiled.bsdf().lobes().size(), 1u);
+}
+
+TEST(Compiler, shader_loops_and_dangling_links_are_named_and_cut) {
+  ShaderGraph graph =
+      make_graph({make_node("AddShader", {{"Shader", GraphLink{0, "Shader"}}, {"Shader_001", GraphLink{7, "BSDF"}}})});
+  const Compiled compiled(graph);
+  EXPECT_THAT(compiled.messages(), HasSubstr("loop"));
+  EXPECT_THAT(compiled.messages(), HasSubstr("does not exist"));
+}
+
+TEST(Compiler, an_unknown_shader_is_named_and_not_black) {
+  const Compiled compiled(make_graph({make_node("BsdfInvented", {{"Color", rgb(0.5f, 0.5f, 0.5f)}})}));
+  EXPECT_THAT(compiled.messages(), HasSubstr("BsdfInvented"));
+  EXPECT_THAT(compiled.messages(), HasSubstr("Paint"));
+  EXPECT_NEAR(compiled.bsdf().albedo({0, 0, 1}).x, 0.5f, 1e-5f);
+}
+
+TEST(Compiler, an_unknown_value_node_is_named) {
+  const Compiled compiled(
+      make_graph({make_node("TexInvented"), make_node("BsdfDiffuse", {{"Color", GraphLink{0, "Color"}}})}));
+  EXPECT_THAT(compiled.messages(), HasSubstr("TexInvented"));
+  EXPECT_NEAR(compiled.bsdf().albedo({0, 0, 1}).x, 0.5f, 1e-5f);
+}
+
+TEST(Compiler, non_finite_inputs_are_named_and_replaced) {
+  const Compiled compiled(
+      make_graph({make_node("BsdfGlossy", {{"Roughness", std::numeric_limits<float>::quiet_NaN()}})}));
+  EXPECT_THAT(compiled.messages(), HasSubstr("bad_value"));
+  EXPECT_THAT(compiled.messages(), HasSubstr("Roughness"));
+}
+
+TEST(Compiler, a_missing_image_is_named_and_pink) {
+  const Compiled compiled(make_graph({make_node("TexImage", {}, {{"image", std::string("wood")}}),
+                                      make_node("Emission", {{"Color", GraphLink{0, "Color"}}})}));
+  EXPECT_THAT(compiled.messages(), HasSubstr("wood"));
+  EXPECT_EQ(compiled.program->emission(front_point(), nullptr), Color(1, 0, 1));
+}
+
+TEST(Compiler, bump_asks_for_differentials_and_turns_the_normal_against_the_slope) {
+  const Compiled compiled(
+      make_graph({make_node("TexCoord"), make_node("SeparateXYZ", {{"Vector", GraphLink{0, "Object"}}}),
+                  make_node("Bump", {{"Height", GraphLink{1, "X"}}}),
+                  make_node("BsdfDiffuse", {{"Normal", GraphLink{2, "Normal"}}})}));
+  EXPECT_TRUE(compiled.program->traits().needs_differentials);
+  ShadingPoint point = front_point();
+  point.dpdx_world = {1e-3f, 0, 0};
+  point.dpdy_world = {0, 1e-3f, 0};
+  const Vec3 n = compiled.bsdf(point).lobes()[0].n;
+  EXPECT_NEAR(n.x, -std::sqrt(0.5f), 1e-3f);
+  EXPECT_NEAR(n.z, std::sqrt(0.5f), 1e-3f);
+}
+
+TEST(Compiler, a_displacement_acts_as_bump_on_every_closure) {
+  ShaderGraph graph = make_graph({make_node("TexCoord"), make_node("SeparateXYZ", {{"Vector", GraphLink{0, "Object"}}}),
+                                  make_node("Displacement", {{"Height", GraphLink{1, "Y"}}, {"Scale", 1.0f}}),
+                                  make_node("BsdfDiffuse")});
+  graph.displacement = GraphLink{2, "Displacement"};
+  const Compiled compiled(graph);
+  ShadingPoint point = front_point();
+  point.dpdx_world = {1e-3f, 0, 0};
+  point.dpdy_world = {0, 1e-3f, 0};
+  EXPECT_NEAR(compiled.bsdf(point).lobes()[0].n.y, -std::sqrt(0.5f), 1e-3f);
+}
+
+TEST(Compiler, glass_turns_its_index_round_behind_the_surface) {
+  const Compiled compiled(make_graph({make_node("BsdfGlass", {{"IOR", 1.5f}})}));
+  ShadingPoint point = front_point();
+  EXPECT_NEAR(compiled.bsdf(point).lobes()[0].eta, 1.5f, 1e-6f);
+  point.backfacing = true;
+  EXPECT_NEAR(compiled.bsdf(point).lobes()[0].eta, 1.0f / 1.5f, 1e-6f);
+}
+
+TEST(Compiler, a_world_sees_the_direction_of_the_ray) {
+  ShaderGraph graph =
+      make_graph({make_node("TexCoord"), make_node("Background", {{"Color", GraphLink{0, "Generated"}}})});
+  Report report;
+  const auto program = compile_world(graph, "Sky", {}, report);
+  ShadingPoint point;
+  point.wi_world = {0, 0, -1};  // the ray goes up
+  EXPECT_EQ(program->emission(point, nullptr), Color(0, 0, 1));
+}
+
+TEST(Compiler, a_light_without_graph_multiplies_by_one) {
+  Report report;
+  EXPECT_EQ(compile_light(ShaderGraph{}, "Lamp", {}, report)->traits().emission, Color(1, 1, 1));
+}
+
+TEST(Compiler, supported_types_compile_without_a_message_for_their_defaults) {
+  for (const std::string& type : supported_node_types()) {
+    if (type.starts_with("Tex") && (type == "TexImage" || type == "TexEnvironment" || type == "TexSky")) continue;
+    const Compiled compiled(make_graph({make_node(type)}));
+    EXPECT_EQ(compiled.messages(), "") << type;
+  }
+}
+
+TEST(Compiler, both_generations_of_principled_reflect_their_base_colour) {
+  for (const float generation : {1.0f, 2.0f}) {
+    const Compiled compiled(
+        make_graph({make_node("BsdfPrincipled", {{"Base Color", rgb(0.6f, 0.3f, 0.1f)}, {"Roughness", 0.5f}},
+                              {{"generation", generation}})}));
+    EXPECT_EQ(compiled.messages(), "");
+    const Color albedo = compiled.bsdf().albedo({0, 0, 1});
+    EXPECT_NEAR(albedo.x, 0.6f, 0.06f) << generation;
+    EXPECT_NEAR(albedo.z, 0.1f, 0.06f) << generation;
+  }
+}
+
+TEST(Compiler, subsurface_is_reported_and_takes_its_colour) {
+  const Compiled compiled(make_graph(
+      {make_node("BsdfPrincipled", {{"Subsurface", 1.0f}, {"Subsurface Color", rgb(0, 0.7f, 0)}, {"Specular", 0.0f}},
+                 {{"generation", 1.0f}})}));
+  EXPECT_THAT(compiled.messages(), HasSubstr("unsupported"));
+  EXPECT_NEAR(compiled.bsdf().albedo({0, 0, 1}).y, 0.7f, 1e-4f);
+  EXPECT_NEAR(compiled.bsdf().albedo({0, 0, 1}).x, 0.0f, 1e-4f);
+}
+
+}  // namespace
+}  // namespace lambent

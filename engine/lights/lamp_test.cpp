@@ -108,7 +108,7 @@ TEST(Lamp, directions_follow_the_density_of_the_rays_that_hit_it) {
           if (lamp.is_infinite() ? !lamp.intersect_infinite(w, hit) : !lamp.intersect(p, w, 0, 1e6f, hit)) return 0.0f;
           return lamp.pdf_solid_angle(p, w, hit.distance_m);
         },
-        200);
+        100);
     EXPECT_GT(result.p_value, sidak_significance(k_tests))
         << name << " chi² " << result.statistic << " / " << result.degrees;
     EXPECT_NEAR(result.total_probability, static_cast<double>(sampled) / total, 4e-3) << name;

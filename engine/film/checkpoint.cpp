@@ -41,7 +41,9 @@ std::string header_text(const Film& film, const std::string& identity) {
   std::string text = fmt::format("frame {} {}\nregion {} {} {} {}\nsecond_moments {}\n", s.width, s.height, s.region.x,
                                  s.region.y, s.region.width, s.region.height, s.second_moments ? 1 : 0);
   for (const Channel& channel : s.channels) text += fmt::format("channel {} {}\n", channel.components, channel.name);
-  return text + "identity " + identity;
+  text += "identity ";
+  text += identity;
+  return text;
 }
 
 struct Part {

@@ -41,7 +41,6 @@ Result<std::shared_ptr<Film>> Film::create(const FilmSettings& settings) try {
   if (settings.channels.empty() || settings.channels[0].components != 4)
     return Error{"The first channel must be the picture's RGBA."};
 
-  film->grid_ = TileGrid(region, settings.tile_size_px, settings.tile_order);
   film->storage_ = std::make_unique<Storage>();
   Storage& storage = *film->storage_;
   const size_t pixels = size_t(region.width) * size_t(region.height);
@@ -51,6 +50,7 @@ Result<std::shared_ptr<Film>> Film::create(const FilmSettings& settings) try {
     storage.second_moments.resize(pixels);
     storage.stopped.resize(pixels);
   }
+  film->grid_ = TileGrid(region, settings.tile_size_px, settings.tile_order);  // after what a huge picture fails on
   storage.tiles = std::vector<Storage::Tile>(static_cast<size_t>(film->grid_.count()));
   return film;
 } catch (const std::bad_alloc&) {

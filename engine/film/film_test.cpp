@@ -1,0 +1,404 @@
+#include "engine/film/film.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <numeric>
+#include <set>
+#include <thread>
+
+#include "engine/base/hash.h"
+#include "engine/film/adaptive.h"
+
+namespace lambent {
+namespace {
+
+using testing::HasSubstr;
+
+std::shared_ptr<Film> make_film(const FilmSettings& settings) {
+  auto film = Film::create(settings);
+  EXPECT_TRUE(film) << film.error();
+  return *film;
+}
+
+FilmSettings small_settings() {
+  FilmSettings settings;
+  settings.width = 50;
+  settings.height = 30;
+  settings.region = {5, 3, 40, 20};
+  settings.tile_size_px = 16;
+  settings.second_moments = true;
+  return settings;
+}
+
+float noise(int x, int y, int64_t sample, uint32_t channel) {
+  return unit_float(
+      hash_combine(hash_combine(hash_combine(hash_u32(uint32_t(x)), uint32_t(y)), uint32_t(sample)), channel));
+}
+
+Vec4 sample_at(int x, int y, int64_t sample) {
+  return {noise(x, y, sample, 0), 1e-3f * noise(x, y, sample, 1), 1e4f * noise(x, y, sample, 2), 1.0f};
+}
+
+/// Samples [first, end) of every active pixel, tile by tile in the order given, `pass` samples a visit, by `threads`.
+void render(Film& film, int64_t first, int64_t end, int64_t pass, int threads, bool backwards) {
+  for (int64_t s = first; s < end; s += pass) {
+    std::atomic<int> next{0};
+    const auto work = [&] {
+      for (int i = next++; i < film.tiles().count(); i = next++) {
+        TileWriter writer(film, backwards ? film.tiles().count() - 1 - i : i);
+        const Rectangle r = writer.rectangle();
+        for (int y = r.y; y < r.y + r.height; ++y)
+          for (int x = r.x; x < r.x + r.width; ++x)
+            if (film.active(x, y))
+              for (int64_t n = s; n < std::min(s + pass, end); ++n) writer.add(x, y, sample_at(x, y, n));
+      }
+    };
+    std::vector<std::thread> team;
+    for (int i = 0; i < threads; ++i) team.emplace_back(work);
+    for (std::thread& thread : team) thread.join();
+  }
+}
+
+std::string temporary_path(const std::string& name) {
+  return (std::filesystem::temp_directory_path() / (name + std::to_string(getpid()))).string();
+}
+
+TEST(Film, picture_is_bit_identical_for_any_threads_tiles_order_and_passes) {
+  FilmSettings settings = small_settings();
+  const auto reference = make_film(settings);
+  render(*reference, 0, 100, 100, 1, false);
+  for (const int tile_size : {1, 7, 16, 64})
+    for (const TileOrder order : {TileOrder::hilbert, TileOrder::centre_out, TileOrder::rows}) {
+      settings.tile_size_px = tile_size;
+      settings.tile_order = order;
+      const auto film = make_film(settings);
+      render(*film, 0, 37, 5, 3, true);
+      render(*film, 37, 100, 8, 2, false);
+      EXPECT_EQ(film->pixels(), reference->pixels()) << tile_size;
+    }
+}
+
+TEST(Film, mean_of_two_to_the_25_samples_loses_no_precision) {
+  FilmSettings settings;
+  settings.width = settings.height = 1;
+  const auto film = make_film(settings);
+  constexpr int64_t n = int64_t(1) << 25;
+  {
+    TileWriter writer(*film, 0);
+    // In float the sum would stop growing at 2^24, and the small channel's at far less beside the first sample.
+    for (int64_t i = 0; i < n; ++i) writer.add(0, 0, Vec4(1.0f, i == 0 ? 1e6f : 0.1f, float(i & 1), 1.0f));
+  }
+  EXPECT_EQ(film->sample_count(0, 0), n);
+  const std::vector<float> pixel = film->pixels();
+  EXPECT_EQ(pixel[0], 1.0f);
+  EXPECT_FLOAT_EQ(pixel[1], static_cast<float>((1e6 + double(0.1f) * double(n - 1)) / double(n)));
+  EXPECT_EQ(pixel[2], 0.5f);
+  EXPECT_EQ(pixel[3], 1.0f);
+}
+
+TEST(Film, tiles_and_pixels_agree_and_rows_start_at_the_bottom) {
+  const auto film = make_film(small_settings());
+  render(*film, 0, 3, 1, 1, false);
+  const std::vector<float> all = film->pixels();
+  const Rectangle region = film->region();
+  for (int i = 0; i < film->tiles().count(); ++i) {
+    const FilmTile tile = film->tile(i);
+    EXPECT_EQ(tile.samples, 3);
+    const Rectangle& r = tile.rectangle;
+    for (int y = 0; y < r.height; ++y)
+      for (int x = 0; x < r.width; ++x) {
+        const float value = tile.pixels[size_t(y * r.width + x) * 4];
+        EXPECT_EQ(value, all[size_t((r.y + y - region.y) * region.width + r.x + x - region.x) * 4]);
+        double expected = 0;
+        for (int n = 0; n < 3; ++n) expected += sample_at(r.x + x, r.y + y, n).x;
+        EXPECT_EQ(value, static_cast<float>(expected * (1.0 / 3)));
+      }
+  }
+}
+
+TEST(Film, takes_memory_for_its_region_only) {
+  FilmSettings settings;
+  settings.width = settings.height = 30000;
+  settings.region = {29990, 29980, 10, 20};
+  EXPECT_LT(make_film(settings)->bytes(), 100000u);
+}
+
+TEST(Film, settings_that_make_no_sense_are_errors) {
+  const auto refused = [](FilmSettings settings) { return !Film::create(settings); };
+  FilmSettings settings = small_settings();
+  settings.region = {45, 3, 10, 5};
+  EXPECT_TRUE(refused(settings));
+  settings.region = {-1, 0, 10, 5};
+  EXPECT_TRUE(refused(settings));
+  settings.region = {2147483647, 0, 2147483647, 5};
+  EXPECT_TRUE(refused(settings));
+  settings = small_settings();
+  settings.height = 0;
+  EXPECT_TRUE(refused(settings));
+  settings = small_settings();
+  settings.channels = {};
+  EXPECT_TRUE(refused(settings));
+  settings = {};
+  settings.width = settings.height = 2000000;  // 128 TB
+  EXPECT_TRUE(refused(settings));
+}
+
+TEST(Film, estimates_that_are_not_finite_or_negative_add_nothing_and_are_recorded_for_replay) {
+  const auto film = make_film(small_settings());
+  const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
+  {
+    TileWriter writer(*film, film->tiles().tile_at(7, 5));
+    writer.add(7, 5, Vec4(1, 1, 1, 1));
+    writer.add(7, 5, Vec4(nan, 1, 1, 1));
+    writer.add(7, 5, Vec4(1, -1, 1, 1));
+    writer.add(7, 5, Vec4(1, 1, infinity, 1));
+  }
+  EXPECT_EQ(film->rejected_count(), 3u);
+  ASSERT_EQ(film->rejected_samples().size(), 3u);
+  const RejectedSample second = film->rejected_samples()[1];
+  EXPECT_EQ(second.x, 7);
+  EXPECT_EQ(second.y, 5);
+  EXPECT_EQ(second.sample, 2);
+  EXPECT_EQ(second.values[1], -1.0f);
+  const FilmTile tile = film->tile(film->tiles().tile_at(7, 5));
+  const float* pixel = &tile.pixels[size_t((5 - tile.rectangle.y) * tile.rectangle.width + 7 - tile.rectangle.x) * 4];
+  EXPECT_EQ(pixel[0], 0.25f);
+}
+
+TEST(Film, the_recorded_rejects_are_the_first_by_sample_and_place_whatever_the_order) {
+  const auto film = make_film(small_settings());
+  for (int i = film->tiles().count() - 1; i >= 0; --i) {
+    TileWriter writer(*film, i);
+    const Rectangle r = writer.rectangle();
+    for (int n = 0; n < 2; ++n)
+      for (int y = r.y; y < r.y + r.height; ++y)
+        for (int x = r.x; x < r.x + r.width; ++x) writer.add(x, y, Vec4(-1.0f));
+  }
+  const auto rejected = film->rejected_samples();
+  ASSERT_EQ(rejected.size(), Film::k_recorded);
+  for (size_t i = 0; i < rejected.size(); ++i) {
+    EXPECT_EQ(rejected[i].sample, 0);
+    EXPECT_EQ(rejected[i].y, 3);
+    EXPECT_EQ(rejected[i].x, 5 + int(i));
+  }
+  EXPECT_EQ(film->rejected_count(), 2u * 40 * 20);
+}
+
+TEST(Film, further_channels_may_be_negative) {
+  FilmSettings settings = small_settings();
+  settings.channels.push_back({"Normal", 3});
+  const auto film = make_film(settings);
+  EXPECT_EQ(film->components(), 7);
+  const float values[7] = {1, 1, 1, 1, -1, 0.5f, -0.25f};
+  { TileWriter(*film, film->tiles().tile_at(5, 3)).add(5, 3, values); }
+  EXPECT_EQ(film->rejected_count(), 0u);
+  EXPECT_EQ(film->pixels()[6], -0.25f);
+}
+
+TEST(Film, dirty_tiles_are_taken_once_oldest_first) {
+  const auto film = make_film(small_settings());
+  EXPECT_TRUE(film->take_dirty(100).empty());
+  for (const int tile : {4, 1, 3, 1}) TileWriter(*film, tile).flush();
+  EXPECT_EQ(film->take_dirty(2), (std::vector<int>{4, 1}));
+  EXPECT_EQ(film->take_dirty(100), (std::vector<int>{3}));
+  EXPECT_TRUE(film->take_dirty(100).empty());
+  film->mark_all_dirty();
+  EXPECT_EQ(film->take_dirty(100).size(), size_t(film->tiles().count()));
+}
+
+TEST(Film, tiles_can_be_read_while_they_are_written) {
+  FilmSettings settings;
+  settings.width = settings.height = 64;
+  const auto film = make_film(settings);
+  std::atomic<bool> stop{false};
+  std::thread reader([&] {
+    while (!stop)
+      for (const int index : film->take_dirty(100)) {
+        const FilmTile tile = film->tile(index);
+        for (size_t i = 0; i < tile.pixels.size(); i += 4) {
+          // Sum and count always belong together.
+          EXPECT_TRUE(tile.pixels[i] == 0.5f || tile.pixels[i] == 0.0f);
+        }
+      }
+  });
+  for (int pass = 0; pass < 200; ++pass) {
+    TileWriter writer(*film, 0);
+    for (int i = 0; i < 64 * 64; ++i) writer.add(i % 64, i / 64, Vec4(0.5f));
+  }
+  stop = true;
+  reader.join();
+  EXPECT_EQ(film->min_sample_count(), 200);
+}
+
+TEST(Checkpoint, continued_film_is_bit_identical_even_with_other_tiles) {
+  FilmSettings settings = small_settings();
+  const auto whole = make_film(settings), first = make_film(settings);
+  render(*whole, 0, 40, 4, 1, false);
+  render(*first, 0, 17, 17, 1, false);
+  const std::string path = temporary_path("lambent_checkpoint");
+  ASSERT_TRUE(first->save(path, "scene 1"));
+  settings.tile_size_px = 8;
+  const auto second = make_film(settings);
+  const Status loaded = second->load(path, "scene 1");
+  ASSERT_TRUE(loaded) << loaded.error();
+  EXPECT_EQ(second->min_sample_count(), 17);
+  EXPECT_EQ(second->take_dirty(1000).size(), size_t(second->tiles().count()));
+  render(*second, 17, 40, 3, 2, true);
+  EXPECT_EQ(second->pixels(), whole->pixels());
+  EXPECT_EQ(second->standard_error(20, 10), whole->standard_error(20, 10));
+  std::filesystem::remove(path);
+}
+
+TEST(Checkpoint, of_another_scene_or_layout_or_damaged_is_refused_and_changes_nothing) {
+  const auto film = make_film(small_settings());
+  render(*film, 0, 5, 5, 1, false);
+  const std::vector<float> before = film->pixels();
+  const std::string path = temporary_path("lambent_checkpoint");
+  ASSERT_TRUE(film->save(path, "scene 1"));
+
+  const auto refusal = [&](Film& loading, const std::string& file, const std::string& identity) {
+    const Status status = loading.load(file, identity);
+    EXPECT_FALSE(status);
+    return status ? std::string() : status.error();
+  };
+  EXPECT_THAT(refusal(*film, path, "scene 2"), HasSubstr("another scene"));
+  EXPECT_THAT(refusal(*film, path + ".missing", "scene 1"), HasSubstr("No such file"));
+  FilmSettings other = small_settings();
+  other.region.width = 39;
+  EXPECT_THAT(refusal(*make_film(other), path, "scene 1"), HasSubstr("another scene"));
+
+  std::string content;
+  {
+    std::ifstream file(path, std::ios::binary);
+    content.assign(std::istreambuf_iterator<char>(file), {});
+  }
+  const auto write = [&](const std::string& bytes) {
+    std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
+    return path;
+  };
+  for (size_t length = 0; length < content.size(); length += 1 + content.size() / 50)
+    EXPECT_FALSE(refusal(*film, write(content.substr(0, length)), "scene 1").empty()) << length;
+  for (size_t at = 0; at < content.size(); at += 1 + content.size() / 50) {
+    std::string damaged = content;
+    damaged[at] = static_cast<char>(damaged[at] ^ 0x55);
+    EXPECT_THAT(refusal(*film, write(damaged), "scene 1"), HasSubstr(path)) << at;
+  }
+  EXPECT_EQ(film->pixels(), before);
+  EXPECT_TRUE(film->load(write(content), "scene 1"));
+  std::filesystem::remove(path);
+}
+
+TEST(Checkpoint, that_cannot_be_written_is_an_error_that_names_the_file_and_leaves_no_rest) {
+  const auto film = make_film(small_settings());
+  const Status status = film->save("/nonexistent_folder/checkpoint", "scene");
+  ASSERT_FALSE(status);
+  EXPECT_THAT(status.error(), HasSubstr("/nonexistent_folder/checkpoint"));
+  // A folder stands where the file should go: the temporary file is removed again.
+  const std::string folder = temporary_path("lambent_checkpoint_folder");
+  std::filesystem::create_directories(folder + "/checkpoint/occupied");
+  EXPECT_FALSE(film->save(folder + "/checkpoint", "scene"));
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 1);
+  std::filesystem::remove_all(folder);
+}
+
+TEST(Adaptive, standard_error_is_that_of_the_mean) {
+  const auto film = make_film(small_settings());
+  double sum = 0, squares = 0;
+  {
+    TileWriter writer(*film, film->tiles().tile_at(5, 3));
+    for (int n = 0; n < 50; ++n) {
+      const Vec4 value = sample_at(5, 3, n);
+      writer.add(5, 3, value);
+      const double s = double(value.x) + value.y + value.z;
+      sum += s;
+      squares += s * s;
+    }
+  }
+  const double variance = (squares - sum * sum / 50) / 49;
+  EXPECT_FLOAT_EQ(film->standard_error(5, 3), static_cast<float>(std::sqrt(variance / 50)));
+}
+
+/// A film whose left half is quiet and whose right half is noisy.
+std::shared_ptr<Film> half_noisy(int tile_size) {
+  FilmSettings settings;
+  settings.width = 64;
+  settings.height = 32;
+  settings.tile_size_px = tile_size;
+  settings.second_moments = true;
+  return make_film(settings);
+}
+
+void render_half_noisy(Film& film, int64_t first, int64_t end) {
+  for (int i = 0; i < film.tiles().count(); ++i) {
+    TileWriter writer(film, i);
+    const Rectangle r = writer.rectangle();
+    for (int y = r.y; y < r.y + r.height; ++y)
+      for (int x = r.x; x < r.x + r.width; ++x)
+        for (int64_t n = first; n < end && film.active(x, y); ++n)
+          writer.add(x, y, Vec4((x < 32 ? 0.01f : 4.0f) * noise(x, y, n, 0) + 0.2f));
+  }
+}
+
+TEST(Adaptive, quiet_pixels_stop_for_good_and_noisy_ones_go_on_until_they_are_quiet) {
+  const auto film = half_noisy(16);
+  render_half_noisy(*film, 0, 64);
+  const size_t active = film->stop_converged(0.02f, 64);
+  EXPECT_EQ(active, size_t(32 + k_adaptive_radius) * 32);  // the noisy half, and those that have it in their window
+  EXPECT_FALSE(film->active(10, 10));
+  EXPECT_TRUE(film->active(31, 10));
+  EXPECT_TRUE(film->active(40, 10));
+  EXPECT_FALSE(film->tile_active(film->tiles().tile_at(0, 0)));
+  EXPECT_TRUE(film->tile_active(film->tiles().tile_at(63, 0)));
+  int64_t samples = 64;
+  while (film->stop_converged(0.02f, samples) > 0 && samples < 100000) {
+    render_half_noisy(*film, samples, 2 * samples);
+    samples *= 2;
+  }
+  EXPECT_EQ(film->sample_count(10, 10), 64);
+  EXPECT_GT(film->sample_count(60, 10), 4096);
+  EXPECT_LT(samples, 100000);
+}
+
+TEST(Adaptive, decisions_do_not_depend_on_tiles) {
+  const auto a = half_noisy(16), b = half_noisy(5);
+  for (const auto& film : {a, b}) {
+    render_half_noisy(*film, 0, 64);
+    film->stop_converged(0.05f, 64);
+    render_half_noisy(*film, 64, 512);
+    film->stop_converged(0.05f, 512);
+    render_half_noisy(*film, 512, 600);
+  }
+  for (int y = 0; y < 32; ++y)
+    for (int x = 0; x < 64; ++x) EXPECT_EQ(a->sample_count(x, y), b->sample_count(x, y));
+  EXPECT_EQ(a->pixels(), b->pixels());
+}
+
+TEST(Adaptive, stopped_pixels_stay_stopped_after_a_checkpoint) {
+  const auto film = half_noisy(16), continued = half_noisy(16);
+  render_half_noisy(*film, 0, 64);
+  film->stop_converged(0.02f, 64);
+  const std::string path = temporary_path("lambent_adaptive");
+  ASSERT_TRUE(film->save(path, "x") && continued->load(path, "x"));
+  EXPECT_FALSE(continued->active(10, 10));
+  EXPECT_TRUE(continued->active(40, 10));
+  EXPECT_EQ(continued->min_sample_count(), 64);
+  std::filesystem::remove(path);
+}
+
+TEST(Adaptive, first_check_comes_later_for_stricter_thresholds) {
+  EXPECT_EQ(first_adaptive_check(0.01f), 64);
+  EXPECT_GT(first_adaptive_check(0.001f), 64);
+  EXPECT_FALSE(is_adaptive_check(0.0f, 64));
+  EXPECT_FALSE(is_adaptive_check(0.01f, 48));
+  EXPECT_TRUE(is_adaptive_check(0.01f, 80));
+}
+
+}  // namespace
+}  // namespace lambent

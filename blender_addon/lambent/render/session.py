@@ -18,6 +18,7 @@ VERSION = "0.1.0"
 
 _lock = threading.RLock()
 _owned_daemon = None
+_owned_daemon_answered = False
 _sessions = {}
 
 
@@ -52,9 +53,7 @@ def acquire(role):
             del _sessions[role]
             session = None
         if session is None:
-            address, token, local = _daemon()
-            name = f"lambent-addon {VERSION} / Blender {bpy.app.version_string}"
-            session = RenderSession(Client(address, token, name), local)
+            session = _connect()
             if role is not None:
                 _sessions[role] = session
         session.busy = True
@@ -70,15 +69,9 @@ def release(session):
             return
         for role in kept:
             del _sessions[role]
+        if session.client.hung:
+            _end_daemon()
     session.client.close()
-
-
-def close(role):
-    """Ends the session of a role, if there is one."""
-    with _lock:
-        session = _sessions.pop(role, None)
-    if session is not None:
-        session.client.close()
 
 
 def close_sessions():
@@ -106,6 +99,31 @@ def describe_lost(error):
     return f"{error} ({end})" if end else str(error)
 
 
+def _connect():
+    """A new session; if our own daemon, which answered before, does not, with another one in its place."""
+    global _owned_daemon_answered
+    name = f"lambent-addon {VERSION} / Blender {bpy.app.version_string}"
+    address, token, local = _daemon()
+    try:
+        client = Client(address, token, name)
+    except ConnectionLost:
+        if not _owned_daemon_answered:
+            raise
+        _end_daemon()
+        address, token, local = _daemon()
+        client = Client(address, token, name)
+    _owned_daemon_answered = _owned_daemon is not None
+    return RenderSession(client, local)
+
+
+def _end_daemon():
+    """Ends our own daemon, if there is one, by force if need be; the next session starts another."""
+    global _owned_daemon, _owned_daemon_answered
+    if _owned_daemon is not None:
+        _owned_daemon.stop(0.2)
+    _owned_daemon, _owned_daemon_answered = None, False
+
+
 def _daemon():
     """(address, token, whether it shares our file system) of the daemon to use, started if need be."""
     global _owned_daemon
@@ -120,8 +138,7 @@ def _daemon():
             raise ConnectionLost(str(error)) from None
         return address, token, kind == "unix" or target[0] in ("127.0.0.1", "::1", "localhost")
     if _owned_daemon is not None and not _owned_daemon.running:
-        _owned_daemon.stop()
-        _owned_daemon = None
+        _end_daemon()
     if _owned_daemon is None:
         bundled = os.path.join(os.path.dirname(os.path.dirname(__file__)), "bin")
         program = daemon_process.find_program(bpy.path.abspath(chosen.daemon_path) if chosen else "", bundled)

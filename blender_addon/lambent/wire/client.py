@@ -14,7 +14,7 @@ import threading
 import time
 
 from . import messages
-from .connection import Connection, ConnectionLost, open_socket
+from .connection import Connection, ConnectionLost, DaemonHangs, open_socket
 
 HANDSHAKE_SECONDS = 5.0
 HANG_SECONDS = 6.0
@@ -78,6 +78,11 @@ class Client:
     def usable(self):
         """False once the connection is known to be lost or closed."""
         return self._lost is None
+
+    @property
+    def hung(self):
+        """Whether the connection was given up because the daemon did not answer."""
+        return isinstance(self._lost, DaemonHangs)
 
     def limit(self, name, default):
         """An announced limit, or default where the daemon announces none."""
@@ -213,7 +218,7 @@ class Client:
             else:
                 quiet_since = self._ping_written_at
             if now - quiet_since > HANG_SECONDS:
-                self._fail(ConnectionLost(f"the Lambent daemon hangs: no answer for {now - quiet_since:.0f} seconds"))
+                self._fail(DaemonHangs(f"the Lambent daemon hangs: no answer for {now - quiet_since:.0f} seconds"))
                 raise self._lost
 
     def _fail(self, error):

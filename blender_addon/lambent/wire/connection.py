@@ -23,6 +23,10 @@ class ConnectionLost(Exception):
     """The daemon went away, hung or spoke nonsense. The text is complete and fit for a user."""
 
 
+class DaemonHangs(ConnectionLost):
+    """The daemon is there and does not answer."""
+
+
 def parse_address(address):
     """("unix", path) or ("tcp", (host, port)) of "unix:/path", "/path", "host:port" or "[v6]:port". Raises ValueError."""
     if address.startswith("unix:"):
@@ -119,7 +123,7 @@ class Connection:
                 if self._closed:
                     raise ConnectionLost("the connection to the Lambent daemon was closed") from None
                 if deadline is not None and time.monotonic() > deadline:
-                    raise ConnectionLost("the Lambent daemon does not answer") from None
+                    raise DaemonHangs("the Lambent daemon does not answer") from None
                 continue
             except OSError as error:
                 raise ConnectionLost(f"the connection to the Lambent daemon broke: {error}") from None

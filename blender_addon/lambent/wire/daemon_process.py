@@ -116,12 +116,12 @@ class DaemonProcess:
         log = self._log_tail()
         return f"the daemon {how}" + (f"; its log ends: {log}" if log else "")
 
-    def stop(self):
-        """Ends the process, by force after STOP_SECONDS, and removes its files."""
+    def stop(self, patience_seconds=STOP_SECONDS):
+        """Ends the process, by force after patience_seconds, and removes its files."""
         if self.running:
             self._process.terminate()
             try:
-                self._process.wait(STOP_SECONDS)
+                self._process.wait(patience_seconds)
             except subprocess.TimeoutExpired:
                 self._process.kill()
                 self._process.wait()

@@ -1,0 +1,95 @@
+"""Starts real daemon processes for the tests: `lambentd`, and `lambentd_stand_in`, whose session is a stand-in with known timing.
+
+The programs are looked for in $LAMBENT_BUILD_DIR/bin (default: build/release); a test skips where one is absent.
+"""
+
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+BIN = pathlib.Path(os.environ.get("LAMBENT_BUILD_DIR", ROOT / "build" / "release")) / "bin"
+sys.path.insert(0, str(ROOT / "blender_addon" / "lambent"))
+
+from wire import client as wire_client  # noqa: E402
+from wire import connection as wire_connection  # noqa: E402
+
+
+class Daemon:
+    """A daemon process in a folder of its own; `arguments` come after --socket and --token-file."""
+
+    def __init__(self, program, folder, *arguments, wait=True):
+        self.program = BIN / program
+        if not self.program.exists():
+            pytest.skip(f"{self.program} is not built")
+        self.folder = pathlib.Path(folder)
+        self.socket_path = str(self.folder / "socket")
+        self.token_path = self.folder / "token"
+        self.log_path = self.folder / "log"
+        command = [str(self.program), "--socket", self.socket_path, "--token-file", str(self.token_path)]
+        self.stderr = open(self.folder / "stderr", "w+b")
+        self.process = subprocess.Popen(
+            [*command, "--log-file", str(self.log_path), *arguments], stdout=subprocess.PIPE, stderr=self.stderr
+        )
+        if wait:
+            line = self.process.stdout.readline().decode()
+            assert line.startswith("lambentd listening on " + self.socket_path), (line, self.errors())
+            self.ready_line = line.strip()
+        # Read on, so that the daemon never blocks on its output.
+        threading.Thread(target=self.process.stdout.read, daemon=True).start()
+
+    @property
+    def token(self):
+        return self.token_path.read_text().strip()
+
+    def errors(self):
+        self.stderr.seek(0)
+        return self.stderr.read().decode("utf-8", "replace")
+
+    def log(self):
+        return self.log_path.read_text()
+
+    def connect(self):
+        """A connection before its handshake."""
+        return wire_connection.Connection(wire_connection.open_socket("unix:" + self.socket_path, 5))
+
+    def client(self, name="test"):
+        return wire_client.Client("unix:" + self.socket_path, self.token, name)
+
+    def memory_bytes(self):
+        with open(f"/proc/{self.process.pid}/statm") as file:
+            return int(file.read().split()[1]) * os.sysconf("SC_PAGESIZE")
+
+    def thread_count(self):
+        return len(os.listdir(f"/proc/{self.process.pid}/task"))
+
+    def descriptor_count(self):
+        return len(os.listdir(f"/proc/{self.process.pid}/fd"))
+
+    def stop(self):
+        """Ends the daemon in order; fails if it does not end well, or a sanitizer found something."""
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGTERM)
+        try:
+            code = self.process.wait(30)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+            raise AssertionError("the daemon did not end: " + self.errors()[-2000:]) from None
+        assert "Sanitizer" not in self.errors(), self.errors()
+        return code
+
+
+def wait_until(condition, seconds=10.0):
+    """Waits for condition() to be true; its last value."""
+    deadline = time.monotonic() + seconds
+    while not condition() and time.monotonic() < deadline:
+        time.sleep(0.02)
+    return condition()

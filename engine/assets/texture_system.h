@@ -70,8 +70,8 @@ class TextureSystem {
   TextureHandle add_image(const ImageSource& source, Report& report);
 
   /// Filtered value. Images that fit the memory limit are resident and filtered at full resolution, as in Cycles (the
-  /// footprint is ignored); larger ones go through OpenImageIO's tile cache at the resolution of the footprint.
-  /// Non-finite coordinates give the value at (0, 0).
+  /// footprint is ignored); larger ones go through OpenImageIO's tile cache at the resolution of the footprint, if the
+  /// file has resolution levels. Non-finite coordinates give the value at (0, 0).
   Texel lookup(const Texture& texture, const TextureLookup& lookup) const;
 
   /// Bytes now held by resident images and the tile cache.

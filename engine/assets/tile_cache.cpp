@@ -86,7 +86,8 @@ TileCache::TileCache(size_t limit_bytes) : state_(std::make_shared<State>()) {
   OIIO::ImageCache& cache = *state_->cache;
   cache.attribute("max_memory_MB", static_cast<float>(limit_bytes) / 1048576.0f);
   cache.attribute("autotile", 64);
-  cache.attribute("automip", 1);
+  // Levels that the file has are used; making them would read the whole file past the memory limit
+  cache.attribute("automip", 0);
   cache.attribute("unassociatedalpha", 1);
   cache.attribute("max_open_files", 64);
 }

@@ -13,8 +13,9 @@ constexpr int k_size = 32;        // cosines and alphas
 constexpr int k_glass_size = 16;  // cosines, alphas and indices
 constexpr float k_eta_min = 1.0f / 3.0f, k_eta_max = 3.0f;
 
-// Nodes: the cosine starts above 0, where the albedo is still defined; alpha is spaced by its root (roughness).
-float node_cos(int i, int size) { return std::max(1e-3f, static_cast<float>(i) / (size - 1)); }
+// Nodes: both are spaced by their root, since the albedo changes fastest at grazing angles and small alpha; the cosine
+// starts above 0, where the albedo is still defined.
+float node_cos(int i, int size) { return std::max(1e-4f, sqr(static_cast<float>(i) / (size - 1))); }
 float node_alpha(int i, int size) { return std::max(1e-3f, sqr(static_cast<float>(i) / (size - 1))); }
 // Uniform in the logarithm, with 1 exactly between two nodes: there the lobe is a delta.
 float node_eta(int i) {
@@ -92,13 +93,15 @@ float bilinear(const float* table, int size, const Cell& a, const Cell& c) {
 
 float ggx_reflection_albedo(float cos_view, float alpha) {
   static const ReflectionTable table;
-  return bilinear(table.value.data(), k_size, Cell(std::sqrt(std::max(alpha, 0.0f)), k_size), Cell(cos_view, k_size));
+  return bilinear(table.value.data(), k_size, Cell(std::sqrt(std::max(alpha, 0.0f)), k_size),
+                  Cell(std::sqrt(std::max(cos_view, 0.0f)), k_size));
 }
 
 float ggx_glass_albedo(float cos_view, float alpha, float eta) {
   static const GlassTable table;
   const float position = std::log(std::clamp(eta, k_eta_min, k_eta_max) / k_eta_min) / std::log(k_eta_max / k_eta_min);
-  const Cell e(position, k_glass_size), a(std::sqrt(std::max(alpha, 0.0f)), k_glass_size), c(cos_view, k_glass_size);
+  const Cell e(position, k_glass_size), a(std::sqrt(std::max(alpha, 0.0f)), k_glass_size),
+      c(std::sqrt(std::max(cos_view, 0.0f)), k_glass_size);
   const float* slice = table.value.data() + e.index * k_glass_size * k_glass_size;
   return lerp(bilinear(slice, k_glass_size, a, c), bilinear(slice + k_glass_size * k_glass_size, k_glass_size, a, c),
               e.fraction);

@@ -260,7 +260,9 @@ void Compiler::add_closures(const GraphLink& link, const Value& weight) {
     if (value_nodes().contains(type)) {
       ClosureUse use{};
       use.kind = ClosureKind::emission;
+      path_.pop_back();  // output() visits the node again
       const Value color = to_vector(output(link, 0));
+      path_.push_back(link.node);
       add_closure(use, weight, {},
                   {expressions_.part(color, 0, 1), expressions_.part(color, 1, 1), expressions_.part(color, 2, 1)});
     } else {

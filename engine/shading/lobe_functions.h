@@ -258,7 +258,8 @@ inline LobeValue eval_lobe(const Lobe& lobe, const Vec3& wi, const Vec3& wo, boo
     case LobeKind::sheen: {
       value.pdf_solid_angle = value.pdf_reverse_solid_angle = 0.5f * k_inv_pi;
       const Vec3 h = normalize(wi + wo);
-      const float inv_alpha = 1.0f / std::max(lobe.alpha_x, 0.05f);
+      // Narrower than 0.25 the lobe would return more than it gets at grazing angles
+      const float inv_alpha = 1.0f / std::max(lobe.alpha_x, 0.25f);
       const float sin2 = std::max(0.0f, 1.0f - h.z * h.z);
       const float d = (2.0f + inv_alpha) * std::pow(sin2, 0.5f * inv_alpha) * 0.5f * k_inv_pi;
       f = d / (4.0f * (wi.z + wo.z - wi.z * wo.z));  // Ashikhmin's visibility, as Estevez & Kulla 2017 suggest

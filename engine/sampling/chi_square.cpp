@@ -42,7 +42,7 @@ ChiSquareResult chi_square_test(const std::vector<double>& observed, const std::
     result.statistic += (observed[i] - expected[i]) * (observed[i] - expected[i]) / expected[i];
     ++cells;
   }
-  if (pooled_expected > 0.0) {
+  if (pooled_expected > 0.0 || pooled_observed > 0.0) {
     // A pool that expects next to nothing must not divide by it; even so ten samples where none belong are rejected.
     const double divisor = std::max(pooled_expected, 1.0);
     result.statistic += (pooled_observed - pooled_expected) * (pooled_observed - pooled_expected) / divisor;

@@ -114,8 +114,9 @@ std::shared_ptr<const LightSet> LightSetBuilder::build(Report& report) {
   // Triangles: valid ones, in the order given.
   size_t given = 0;
   for (const Mesh& mesh : meshes_) given += mesh.triangles.size();
-  std::vector<LightCluster> triangle_clusters(given);
+  clusters.resize(lamps_.size() + given);
   std::vector<LightSet::Triangle> triangles(given);
+  LightCluster* triangle_clusters = clusters.data() + lamps_.size();
   size_t offset = 0;
   uint32_t last_instance = 0;
   for (const Mesh& mesh : meshes_) {
@@ -137,13 +138,12 @@ std::shared_ptr<const LightSet> LightSetBuilder::build(Report& report) {
     last_instance = std::max(last_instance, mesh.instance);
   }
   set->first_triangle_ = static_cast<LightIndex>(lamps_.size());
-  clusters.insert(clusters.end(), triangle_clusters.begin(), triangle_clusters.end());
-  triangle_clusters = {};
 
   // The tree; then triangles are numbered in its order, so that neighbours in the tree are neighbours in memory.
   set->tree_ = LightTree(clusters);
   std::vector<uint32_t> new_number(clusters.size(), k_no_light);
   for (size_t i = 0; i < lamps_.size(); ++i) new_number[i] = static_cast<uint32_t>(i);
+  set->triangles_.reserve(set->tree_.size());
   for (const uint32_t emitter : set->tree_.leaf_order()) {
     if (emitter < set->first_triangle_) continue;
     new_number[emitter] = set->first_triangle_ + static_cast<uint32_t>(set->triangles_.size());

@@ -34,7 +34,6 @@ ChiSquareResult chi_square_test(const std::vector<double>& observed, const std::
   double pooled_observed = 0.0, pooled_expected = 0.0;
   int cells = 0;
   for (size_t i = 0; i < expected.size(); ++i) {
-    if (expected[i] == 0.0 && observed[i] > 0.0) return result;
     if (expected[i] < 5.0) {
       pooled_observed += observed[i];
       pooled_expected += expected[i];
@@ -43,8 +42,8 @@ ChiSquareResult chi_square_test(const std::vector<double>& observed, const std::
     result.statistic += (observed[i] - expected[i]) * (observed[i] - expected[i]) / expected[i];
     ++cells;
   }
-  if (pooled_expected > 0.0) {
-    // A pool that expects next to nothing must not divide by it.
+  if (pooled_expected > 0.0 || pooled_observed > 0.0) {
+    // A pool that expects next to nothing must not divide by it; even so ten samples where none belong are rejected.
     const double divisor = std::max(pooled_expected, 1.0);
     result.statistic += (pooled_observed - pooled_expected) * (pooled_observed - pooled_expected) / divisor;
     ++cells;

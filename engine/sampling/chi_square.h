@@ -20,8 +20,8 @@ struct ChiSquareResult {
   double total_probability = 0.0;  ///< integral of the density over the domain
 };
 
-/// Compares counts with expected counts, cell by cell. Cells that expect fewer than 5 are pooled. A sample where
-/// nothing is expected gives p_value 0.
+/// Compares counts with expected counts, cell by cell. Cells that expect fewer than 5 are pooled, those where
+/// nothing is expected included.
 ChiSquareResult chi_square_test(const std::vector<double>& observed, const std::vector<double>& expected);
 
 /// Significance for each of `tests` tests so that all of them together reject wrongly with probability 0.01 (Šidák

@@ -52,6 +52,13 @@ TEST(ChiSquare, a_wrong_density_is_rejected) {
   EXPECT_LT(wrong.p_value, 1e-6);
 }
 
+TEST(ChiSquare, samples_where_none_belong_are_rejected) {
+  std::vector<double> expected(100, 1000.0), observed(100, 1000.0);
+  expected[7] = 0.0;
+  observed[7] = 30.0;
+  EXPECT_LT(chi_square_test(observed, expected).p_value, 1e-6);
+}
+
 TEST(Warp, disk_is_uniform_and_inverts) {
   // Polar domain (r², phi), where the density is constant.
   expect_good(chi_square_test_2d(

@@ -191,3 +191,22 @@ for message in report.listed(scene.name): print('LISTED', message['object'], mes
     assert "catcher" in run.values("object") and "smoke" not in run.values("object")
     for marker in ("Warning:", "Error:", "Exception:"):
         assert marker not in run.output, "strict farms fail a job on this"
+
+
+def test_nothing_leaks_when_the_first_object_is_an_instancer(run_blender):
+    run = run_blender(
+        """
+bpy.data.objects.remove(scene.camera)
+hidden = bpy.data.collections.new('library')
+quad('a', hidden); quad('b', hidden).location.x = 4
+for i in range(3):
+    empty = add(f'empty{i}', None)
+    empty.location.y = i
+    empty.instance_type, empty.instance_collection = 'COLLECTION', hidden
+scene.camera = add('zcamera', bpy.data.cameras.new('zcamera'))
+render()
+"""
+    )
+    objects = run.values("object")
+    assert [transforms(run, objects[f"empty{i}/b"])[0, :, 3].tolist() for i in range(3)] == [[4, i, 0] for i in range(3)]
+    assert "Not freed" not in run.output and "Error" not in run.output

@@ -8,6 +8,10 @@ import os
 import bpy
 import numpy as np
 
+# foreach_get looks at the first item to learn the type, and before 5.0 that leaks the instances of the object it comes
+# from, which Blender reports as an error when it quits.
+FOREACH_LEAKS_INSTANCES = bpy.app.version < (5, 0, 0)
+
 
 def corner_vertices(mesh):
     """int32[corners]: the vertex of each face corner."""

@@ -11,7 +11,7 @@ object that Blender hands out is valid only until the next step.
 import bpy
 import numpy as np
 
-from . import light, material, mesh
+from . import compat, light, material, mesh
 
 _CONVERTIBLE = ("MESH", "CURVE", "SURFACE", "FONT", "META")
 _NOT_RENDERED = {
@@ -57,9 +57,17 @@ class ObjectExporter:
         group_of_key = {}
         group_of_instance = []
         later = {}
+        stopped = first_is_instancer = False
         for index, instance in enumerate(self._depsgraph.object_instances):
+            if stopped:
+                # To the end all the same: Blender leaks the instances of an object that iteration stops inside of.
+                continue
             if index % _STOP_CHECK_INTERVAL == 0 and should_stop():
-                raise Interrupted()
+                stopped = True
+                continue
+            if index < 2:
+                # The instances of an object follow it, if it is shown itself.
+                first_is_instancer |= instance.is_instance
             group = -1
             found = instance.object
             kind = found.type
@@ -84,12 +92,15 @@ class ObjectExporter:
                 else:
                     groups.append(self._guarded(self._begin, found, owner, parent))
             group_of_instance.append(group)
+        if stopped:
+            raise Interrupted()
         for group, (original, parent) in later.items():
             if original not in self._converted:
                 found = original.evaluated_get(self._depsgraph)
                 groups[group] = self._guarded(self._begin, found, found, parent.evaluated_get(self._depsgraph))
         if any(group is not None for group in groups):
-            self._put_groups(groups, np.array(group_of_instance, np.int64))
+            arrays = _instance_arrays(self._depsgraph, len(group_of_instance), self._random_ids, first_is_instancer)
+            self._put_groups(groups, np.array(group_of_instance, np.int64), *arrays)
 
     def _guarded(self, export, found, owner, parent):
         try:
@@ -199,8 +210,7 @@ class ObjectExporter:
             if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
                 edits.unsupported(name, f"{name}: hair particles ({system.name}) are not supported and are left out")
 
-    def _put_groups(self, groups, group_of_instance):
-        matrices, random_ids = _instance_arrays(self._depsgraph, len(group_of_instance), self._random_ids)
+    def _put_groups(self, groups, group_of_instance, matrices, random_ids):
         order = np.argsort(group_of_instance, kind="stable")
         ends = np.searchsorted(group_of_instance[order], np.arange(len(groups)), side="right")
         starts = np.searchsorted(group_of_instance[order], np.arange(len(groups)), side="left")
@@ -219,17 +229,22 @@ class ObjectExporter:
             self._edits.put("object", identifier, value)
 
 
-def _instance_arrays(depsgraph, count, with_random_ids):
+def _instance_arrays(depsgraph, count, with_random_ids, first_is_instancer):
     """(float32[count][3][4] world_from_object, uint32[count] or None), in the order of object_instances."""
-    matrices = np.empty(count * 16, np.float32)
-    depsgraph.object_instances.foreach_get("matrix_world", matrices)
+    matrices = np.empty((count, 4, 4), np.float32)
+    random_ids = np.empty(count if with_random_ids else 0, np.int32)
+    if first_is_instancer and compat.FOREACH_LEAKS_INSTANCES:
+        for index, instance in enumerate(depsgraph.object_instances):
+            matrices[index] = instance.matrix_world.transposed()
+            if with_random_ids:
+                random_ids[index] = instance.random_id
+    else:
+        depsgraph.object_instances.foreach_get("matrix_world", matrices.reshape(-1))
+        if with_random_ids:
+            depsgraph.object_instances.foreach_get("random_id", random_ids)
     # Blender stores columns; the wire wants the upper three rows.
-    matrices = np.ascontiguousarray(matrices.reshape(count, 4, 4).transpose(0, 2, 1)[:, :3])
-    if not with_random_ids:
-        return matrices, None
-    random_ids = np.empty(count, np.int32)
-    depsgraph.object_instances.foreach_get("random_id", random_ids)
-    return matrices, random_ids.view(np.uint32)
+    matrices = np.ascontiguousarray(matrices.transpose(0, 2, 1)[:, :3])
+    return matrices, random_ids.view(np.uint32) if with_random_ids else None
 
 
 def _unique(base, taken):

@@ -24,13 +24,18 @@ class Comparison:
     mean_ratio: float
     mean_ratio_error: float  # standard error of mean_ratio
     relative_mse: float  # mean of (b - a)^2 / (a^2 + 0.01), noise of both included
-    noise_mse: float  # the part of relative_mse that the batches' scatter explains
+    noise_mse_a: float  # the part of relative_mse that the scatter of a's batches explains,
+    noise_mse_b: float  # and the scatter of b's
     tests: int
     failing: float  # fraction that differs significantly
     failing_beyond_margin: float  # fraction that differs significantly by more than k_margin
     worst_tile: tuple  # (x, y) of its lower left pixel, row 0 at the bottom as in the arrays
     worst_ratio: float  # b over a in the worst tile
     difference_map: numpy.ndarray  # float[tile rows][tile columns]: (b - a) / a of the tiles, 0 where not significant
+
+    @property
+    def noise_mse(self):
+        return self.noise_mse_a + self.noise_mse_b
 
     @property
     def agrees(self):
@@ -92,7 +97,8 @@ def compare(a, b, tile=k_tile, family_error=k_family_error):
 
     picture_a, picture_b = a.mean(axis=0, dtype=numpy.float64), b.mean(axis=0, dtype=numpy.float64)
     denominator = picture_a**2 + 0.01
-    scatter = a.var(axis=0, ddof=1, dtype=numpy.float64) / len(a) + b.var(axis=0, ddof=1, dtype=numpy.float64) / len(b)
+    scatter_a = a.var(axis=0, ddof=1, dtype=numpy.float64) / len(a)
+    scatter_b = b.var(axis=0, ddof=1, dtype=numpy.float64) / len(b)
     whole_a = a.reshape(len(a), -1).mean(axis=1, dtype=numpy.float64)
     whole_b = b.reshape(len(b), -1).mean(axis=1, dtype=numpy.float64)
     ratio = whole_b.mean() / whole_a.mean() if whole_a.mean() != 0.0 else float("nan")
@@ -104,7 +110,8 @@ def compare(a, b, tile=k_tile, family_error=k_family_error):
         mean_ratio=float(ratio),
         mean_ratio_error=float(error),
         relative_mse=float(((picture_b - picture_a) ** 2 / denominator).mean()),
-        noise_mse=float((scatter / denominator).mean()),
+        noise_mse_a=float((scatter_a / denominator).mean()),
+        noise_mse_b=float((scatter_b / denominator).mean()),
         tests=int(mean_a.size),
         failing=float(significant.mean()),
         failing_beyond_margin=float(beyond.mean()),

@@ -68,11 +68,16 @@ size_t Film::bytes() const {
 int64_t Film::sample_count(int x, int y) const { return storage_->counts[pixel_index(x, y)]; }
 
 int64_t Film::min_sample_count() const {
-  const Storage& s = *storage_;
+  Storage& s = *storage_;
   uint32_t least = UINT32_MAX, least_active = UINT32_MAX;
-  for (size_t i = 0; i < s.counts.size(); ++i) {
-    least = std::min(least, s.counts[i]);
-    if (s.stopped.empty() || !s.stopped[i]) least_active = std::min(least_active, s.counts[i]);
+  for (int tile = 0; tile < grid_.count(); ++tile) {
+    const Rectangle& r = grid_[tile];
+    const std::lock_guard lock(s.tiles[static_cast<size_t>(tile)].mutex);
+    for (int y = r.y; y < r.y + r.height; ++y)
+      for (size_t i = pixel_index(r.x, y), end = i + size_t(r.width); i < end; ++i) {
+        least = std::min(least, s.counts[i]);
+        if (s.stopped.empty() || !s.stopped[i]) least_active = std::min(least_active, s.counts[i]);
+      }
   }
   return least_active != UINT32_MAX ? least_active : least;
 }
@@ -195,7 +200,8 @@ void TileWriter::flush() {
     const int64_t sample = s.counts[pixel]++;
     bool good = true;
     for (const float value : values) good &= std::isfinite(value);
-    for (size_t c = 0; c < 4; ++c) good &= values[c] >= 0.0f;
+    if (!film_.settings_.allow_negative)
+      for (size_t c = 0; c < 4; ++c) good &= values[c] >= 0.0f;
     if (!good) [[unlikely]] {
       film_.reject(pixel, sample, values);
       continue;

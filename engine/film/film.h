@@ -21,6 +21,7 @@ struct FilmSettings {
   int tile_size_px = 64;
   TileOrder tile_order = TileOrder::hilbert;
   std::vector<Channel> channels{{"combined", 4}};  ///< the first is the picture: premultiplied RGBA
+  bool allow_negative = false;  ///< lights of negative power: a sample may rightly be below 0
   bool second_moments = false;                     ///< needed by stop_converged() and standard_error()
 };
 

@@ -81,7 +81,7 @@ void Scene::fill_shading_point(const SurfaceHit& hit, const SurfaceBinding& bind
       case AttributeRequest::Kind::generated: {
         const Vec3 p_object = instance.object_from_world.point(hit.p_world);
         const Vec3 generated = mesh.generated(p_object);
-        value.value = {generated.x, generated.y, generated.z, 1.0f};
+        value = AttributeValue::constant({generated.x, generated.y, generated.z, 1.0f});
         if (differentials) {
           const Vec3 x = mesh.generated(p_object + instance.object_from_world.vector(point.dpdx_world)) - generated;
           const Vec3 y = mesh.generated(p_object + instance.object_from_world.vector(point.dpdy_world)) - generated;
@@ -91,7 +91,7 @@ void Scene::fill_shading_point(const SurfaceHit& hit, const SurfaceBinding& bind
         break;
       }
       case AttributeRequest::Kind::tangent: {
-        value = AttributeValue{};
+        value = AttributeValue::constant(Vec4(0.0f));
         if (index < 0) break;
         const Vec4 tangent = mesh.tangent(index, hit.primitive, hit.barycentric);
         const Vec3 world = normalize(instance.world_from_object.vector({tangent.x, tangent.y, tangent.z}));
@@ -99,9 +99,8 @@ void Scene::fill_shading_point(const SurfaceHit& hit, const SurfaceBinding& bind
         break;
       }
       default: {
-        value = AttributeValue{};
         if (index < 0) {
-          value.value = {0, 0, 0, 0};
+          value = AttributeValue::constant(Vec4(0.0f));
         } else if (differentials) {
           const TriangleMesh::AttributeGradient gradient =
               mesh.attribute_gradient(index, hit.primitive, hit.barycentric);
@@ -109,7 +108,7 @@ void Scene::fill_shading_point(const SurfaceHit& hit, const SurfaceBinding& bind
           value.ddx = gradient.du * dx.x + gradient.dv * dx.y;
           value.ddy = gradient.du * dy.x + gradient.dv * dy.y;
         } else {
-          value.value = mesh.attribute(index, hit.primitive, hit.barycentric);
+          value = AttributeValue::constant(mesh.attribute(index, hit.primitive, hit.barycentric));
         }
       }
     }

@@ -60,6 +60,8 @@ class Scene {
   /// The user's world position is p_world + origin_shift.
   const Vec3d& origin_shift() const { return origin_shift_; }
   SceneStatistics statistics() const;
+  /// Some light has negative power, so that samples may rightly be negative.
+  bool subtracts_light() const { return subtracts_light_; }
 
   /// The material at a hit. Cheap: no shading is done.
   const SurfaceBinding& binding(uint32_t instance, uint32_t material_slot) const {
@@ -116,6 +118,7 @@ class Scene {
   std::shared_ptr<const TextureSystem> textures_;
   SceneProfile profile_;
   Vec3d origin_shift_{0.0};
+  bool subtracts_light_ = false;
 };
 
 }  // namespace lambent

@@ -14,7 +14,6 @@
 
 namespace lambent {
 
-
 namespace {
 
 constexpr const char* k_cancelled = "cancelled";

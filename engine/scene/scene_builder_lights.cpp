@@ -80,6 +80,7 @@ void SceneBuilder::State::add_lamps(Build& build, LightSetBuilder& set) {
         lamp.traits.program = true;
       }
     }
+    build.scene->subtracts_light_ |= min_component(lamp.energy) < 0.0f;
     for (const Transform& transform : instance_transforms(*object, build.scene->origin_shift_)) {
       lamp.world_from_light = transform;
       if (lamp.traits.program) {
@@ -110,6 +111,7 @@ void SceneBuilder::State::add_emissive_meshes(Build& build, LightSetBuilder& set
       if (!traits.emits) continue;
       SurfaceEmission emission;
       emission.radiance = traits.emission;
+      scene.subtracts_light_ |= min_component(traits.emission) < 0.0f;
       emission.traits.program = !traits.constant_emission;
       emission.traits.hidden_from = ~object.visibility & k_visible_all;
       emissions[slot] = set.add_emission(emission);
@@ -148,6 +150,7 @@ void SceneBuilder::State::add_world(Build& build, LightSetBuilder& set) {
   const std::shared_ptr<const Program>& program = entry->second.made;
   if (!program->traits().emits) return;
   build.scene->world_ = program;
+  build.scene->subtracts_light_ |= min_component(program->traits().emission) < 0.0f;
   build.scene->profile_.environment = true;
   EnvironmentLight light;
   if (program->traits().constant_emission) {

@@ -57,7 +57,7 @@ IntegratorSettings integrator_settings(const description::Settings& settings, co
   return result;
 }
 
-FilmSettings film_settings(const description::Settings& settings) {
+FilmSettings film_settings(const description::Settings& settings, const Scene& scene) {
   FilmSettings result;
   result.width = settings.width;
   result.height = settings.height;
@@ -66,6 +66,7 @@ FilmSettings film_settings(const description::Settings& settings) {
     result.region = {x0, y0, x1 - x0, y1 - y0};
   }
   result.tile_size_px = settings.tile_size_px;
+  result.allow_negative = scene.subtracts_light();
   result.second_moments = settings.noise_threshold > 0.0f;
   return result;
 }
@@ -220,7 +221,7 @@ RenderOutcome Session::State::render(const std::shared_ptr<Run>& run_pointer) {
   const Result<std::shared_ptr<const Scene>>& scene = *built;
   if (!scene) return fail(scene.error());
 
-  Result<std::shared_ptr<Film>> film = Film::create(film_settings(settings));
+  Result<std::shared_ptr<Film>> film = Film::create(film_settings(settings, **scene));
   if (!film) return fail(film.error());
   const IntegratorSettings integrator_options = integrator_settings(settings, **scene);
   Result<std::unique_ptr<Integrator>> integrator = make_integrator(settings.integrator, *scene, integrator_options);

@@ -400,7 +400,7 @@ std::shared_ptr<const Program> Compiler::finish() {
     point.backfacing = z < 0.0f;
     point.p_world = {random(2) * 2 - 1, random(3) * 2 - 1, random(4) * 2 - 1};
     point.ray_kind = i & 1 ? k_ray_diffuse : k_ray_camera;
-    for (AttributeValue& attribute : point.attributes) attribute.value = {random(5), random(6), random(7), 1.0f};
+    for (AttributeValue& attribute : point.attributes) attribute = AttributeValue::constant({random(5), random(6), random(7), 1.0f});
     const Color radiance = program->emission(point, nullptr);
     for (int k = 0; k < 3; ++k)
       if (std::isfinite(radiance[k])) sum[k] += std::clamp(radiance[k], 0.0f, 1e15f);

@@ -37,11 +37,13 @@ struct AttributeRequest {
   friend bool operator==(const AttributeRequest&, const AttributeRequest&) = default;
 };
 
-/// Interpolated attribute. Missing components are 0 (w: 1); a missing attribute is all 0.
+/// Interpolated attribute. Missing components are 0 (w: 1); a missing attribute is all 0. Left uninitialised: whoever
+/// fills a ShadingPoint writes those that the program asks for.
 struct AttributeValue {
-  Vec4 value{0, 0, 0, 1};
-  Vec4 ddx{0, 0, 0, 0},
-      ddy{0, 0, 0, 0};  ///< change over one pixel footprint; filled if the program asks for differentials
+  Vec4 value;
+  Vec4 ddx, ddy;  ///< change over one pixel footprint; filled if the program asks for differentials
+
+  static AttributeValue constant(const Vec4& value) { return {value, Vec4(0.0f), Vec4(0.0f)}; }
 };
 
 inline constexpr int k_max_attributes = 8;

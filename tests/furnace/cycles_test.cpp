@@ -45,7 +45,7 @@ ShadingPoint measured_point(const Program& program, const Vec3& wi) {
   point.ng_world = point.ns_world = {0, 0, point.backfacing ? -1.0f : 1.0f};
   for (size_t i = 0; i < program.attribute_requests().size(); ++i)
     if (program.attribute_requests()[i].kind == AttributeRequest::Kind::generated)
-      point.attributes[i].value = {0.75f, 0.5f, 0.5f, 1.0f};
+      point.attributes[i] = AttributeValue::constant({0.75f, 0.5f, 0.5f, 1.0f});
   return point;
 }
 

@@ -115,9 +115,12 @@ Color Kernel<profile>::visibility(const Ray& ray) {
 template <KernelProfile profile>
 void Kernel<profile>::next_event(const ShadingPoint& point, const SurfaceHit& hit, const Bsdf& bsdf,
                                  const Vec3& receiver_normal, uint32_t event_index) {
-  const LightSample light = scene_.lights().sample(
-      hit.p_world, receiver_normal, sampler_.get_1d(bounce_dimension(event_index, k_dimension_light_selection)),
-      sampler_.get_2d(bounce_dimension(event_index, k_dimension_light_position)));
+  const LightSet& lights = scene_.lights();
+  // A number that decides nothing is not worth its hashing.
+  const float u_select =
+      lights.sampled_lights() > 1 ? sampler_.get_1d(bounce_dimension(event_index, k_dimension_light_selection)) : 0.0f;
+  const LightSample light = lights.sample(hit.p_world, receiver_normal, u_select,
+                                          sampler_.get_2d(bounce_dimension(event_index, k_dimension_light_position)));
   if (!light || !(light.pdf_solid_angle > 0.0f) || bounces_.total > light.traits->max_bounces) return;
   const BsdfEval scattered = bsdf.eval(point.wi_world, light.direction_world, Transport::radiance, ReversePdf::no);
   if (is_black(scattered.f_cos)) return;
@@ -179,9 +182,11 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
       if (bsdf.empty()) break;
       const Vec3 receiver_normal = transmits(bsdf) ? Vec3(0.0f) : point.ng_world;
       if (bsdf.has_non_delta() && !scene_.lights().empty()) next_event(point, hit, bsdf, receiver_normal, event_index);
-      scattered = bsdf.sample(point.wi_world, sampler_.get_1d(bounce_dimension(event_index, k_dimension_lobe)),
-                              sampler_.get_2d(bounce_dimension(event_index, k_dimension_direction)),
-                              Transport::radiance, ReversePdf::no);
+      const float u_lobe =
+          bsdf.lobes().size() > 1 ? sampler_.get_1d(bounce_dimension(event_index, k_dimension_lobe)) : 0.0f;
+      scattered =
+          bsdf.sample(point.wi_world, u_lobe, sampler_.get_2d(bounce_dimension(event_index, k_dimension_direction)),
+                      Transport::radiance, ReversePdf::no);
       if (scattered.event == k_scatter_none) break;
       if (!(scattered.event & k_scatter_transparent)) {
         last_ = {hit.p_world, receiver_normal, scattered.pdf_solid_angle, !(scattered.event & k_scatter_delta)};

@@ -30,13 +30,15 @@ class PathTracer final : public Integrator {
 
  private:
   Vec4 render_sample(int x, int y, uint32_t sample, RayCounts& counts) const {
-    render_context().pixel_x = x;
-    render_context().pixel_y = y;
-    render_context().sample = sample;
+    RenderContext& context = render_context();
+    context.pixel_x = x;
+    context.pixel_y = y;
+    context.sample = sample;
     const Sampler sampler(settings_.seed, x, y, sample);
     const Vec2 offset = settings_.filter.sample(sampler.get_2d(k_dimension_pixel_filter));
     const Vec2 raster(static_cast<float>(x) + 0.5f + offset.x, static_cast<float>(y) + 0.5f + offset.y);
-    const CameraRay ray = scene_->camera().sample_ray(raster, sampler.get_2d(k_dimension_lens));
+    const Vec2 lens = scene_->profile().depth_of_field ? sampler.get_2d(k_dimension_lens) : Vec2(0.0f);
+    const CameraRay ray = scene_->camera().sample_ray(raster, lens);
     path_tracer::Kernel<profile> kernel(*scene_, settings_, sampler, counts);
     const path_tracer::PathEstimate estimate = kernel.run(ray);
     const Color radiance = estimate.radiance * settings_.exposure;

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <csignal>
+#include <ctime>
 #include <filesystem>
 #include <mutex>
 #include <optional>
@@ -37,10 +38,18 @@ struct RenderOptions {
   bool quiet = false, resume = false;
 };
 
-std::atomic<int> interrupts{0};
+std::atomic<int64_t> interrupted_at_ms{0};  ///< 0: not yet
 
+/// The first interrupt stops in order, a second quits at once, without a picture. One Ctrl-C may arrive twice (from the
+/// terminal and from a parent such as timeout(1)), so what comes together counts as one.
 void on_interrupt(int) {
-  if (interrupts.fetch_add(1) > 0) ::_exit(k_interrupted);  // the second time: at once, without a picture
+  constexpr int64_t k_together_ms = 300;
+  timespec time{};
+  ::clock_gettime(CLOCK_MONOTONIC, &time);
+  const int64_t now_ms = int64_t(time.tv_sec) * 1000 + time.tv_nsec / 1'000'000;
+  int64_t first_ms = 0;
+  if (!interrupted_at_ms.compare_exchange_strong(first_ms, now_ms) && now_ms - first_ms > k_together_ms)
+    ::_exit(k_interrupted);
 }
 
 void say(const std::string& text) { std::fprintf(stderr, "lambent: %s\n", text.c_str()); }
@@ -212,7 +221,7 @@ int render(const RenderOptions& options) {
   std::optional<RenderOutcome> outcome;
   bool told = false;
   while (!(outcome = finish.wait_for(100ms))) {
-    if (interrupts > 0 && !told) {
+    if (interrupted_at_ms != 0 && !told) {
       session.cancel();
       told = true;
     }

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <exception>
+
 #include "engine/base/log.h"
 #include "engine/description/frame.h"
 #include "server/daemon/session_messages.h"
@@ -71,6 +73,14 @@ std::optional<MessageShape> Client::admit(std::span<const std::byte, k_message_h
 
 void Client::received(IncomingMessage message) {
   if (phase_ == Phase::ended) return;
+  try {
+    dispatch(std::move(message));
+  } catch (const std::exception& exception) {  // no memory, no thread for a session
+    fail("internal", fmt::format("The request failed inside the daemon: {}", exception.what()));
+  }
+}
+
+void Client::dispatch(IncomingMessage message) {
   if (message.header.size() > k_parse_here_bytes) {
     std::string text = std::move(message.header);
     forward(std::move(text), std::move(message));
@@ -112,7 +122,7 @@ void Client::handle(protocol::ClientMessage message, IncomingMessage raw) {
     else
       fail("limit", "Too many messages are queued.");
   } else if (std::holds_alternative<protocol::Bye>(message)) {
-    connection_->close_when_sent("said goodbye");
+    connection_->close("said goodbye");
   } else {
     forward(std::move(message), std::move(raw));
   }
@@ -174,6 +184,7 @@ void Client::fail(const std::string& code, const std::string& text) {
   spdlog::warn("{}: {}: {}", name_, code, text);
   connection_->send(message_of(protocol::error(code, text, true)));
   connection_->close_when_sent(code);
+  if (runner_) runner_->retire();  // the error may take a while to be read; the scene is freed now
 }
 
 void Client::violated(const std::string& what) { fail("malformed", what); }

@@ -56,6 +56,7 @@ class Client : public ConnectionHandler, public RunnerOutput, public std::enable
  private:
   enum class Phase { handshake, ready, ended };
 
+  void dispatch(IncomingMessage message);
   void handle(protocol::ClientMessage message, IncomingMessage raw);
   void shake_hands(const protocol::Hello& hello);
   void forward(std::variant<std::string, protocol::ClientMessage> message, IncomingMessage raw);

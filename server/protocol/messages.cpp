@@ -102,12 +102,15 @@ std::variant<ClientMessage, MessageError> decode_client_message(Json header) {
   Members members(header);
   ClientMessage message = Bye{};
   if (type == "hello") {
-    message = Hello{members.integer("protocol", 0), members.text("client", 256), {}, {}};
+    Hello hello;
+    hello.protocol = members.integer("protocol", 0);
     // Another version's hello may lack what follows; the answer must be about the version.
-    if (auto& hello = std::get<Hello>(message); hello.protocol == k_version) {
+    if (hello.protocol == k_version) {
+      hello.client = members.text("client", 256);
       hello.nonce = members.text("nonce", 64);
       hello.proof = members.text("proof", 64);
     }
+    message = std::move(hello);
   } else if (type == "arrays_query") {
     message = ArraysQuery{members.hashes("hashes")};
   } else if (type == "render_start") {

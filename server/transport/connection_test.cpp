@@ -57,17 +57,14 @@ struct Recorder : ConnectionHandler {
 
 class ConnectionTest : public testing::Test {
  protected:
-  ConnectionTest() { open({}); }
   ~ConnectionTest() override {
     if (peer_ >= 0) ::close(peer_);
-    handler_->connection = nullptr;
+    if (handler_) handler_->connection = nullptr;
   }
-  void open(const ConnectionLimits& limits) {
-    if (peer_ >= 0) ::close(peer_);
+  void open(const ConnectionLimits& limits = {}) {
     int pair[2];
     EXPECT_EQ(::socketpair(AF_UNIX, SOCK_STREAM, 0, pair), 0);
     peer_ = pair[1];
-    if (handler_) handler_->connection = nullptr;
     handler_ = std::make_shared<Recorder>(loop_);
     handler_->connection = Connection::adopt(loop_, pair[0], true, "test", limits);
     handler_->connection->start(handler_);
@@ -80,6 +77,7 @@ class ConnectionTest : public testing::Test {
 };
 
 TEST_F(ConnectionTest, messages_are_cut_however_the_bytes_arrive) {
+  open();
   std::string stream;
   for (int i = 0; i < 40; ++i) stream += message("header " + std::to_string(i), std::string(i * 7, char('a' + i % 26)));
   handler_->stop_after = 40;
@@ -115,6 +113,7 @@ TEST_F(ConnectionTest, silence_inside_a_message_ends_the_connection_but_between_
 }
 
 TEST_F(ConnectionTest, a_refused_message_is_not_read) {
+  open();
   write(
       message("header", std::string(10, 'x')).replace(0, 24, message("", "").replace(0, 9, "6 2000000").substr(0, 24)));
   loop_.run();
@@ -123,6 +122,7 @@ TEST_F(ConnectionTest, a_refused_message_is_not_read) {
 }
 
 TEST_F(ConnectionTest, sending_never_blocks_and_what_is_pending_is_known) {
+  open();
   const auto payload = std::make_shared<std::vector<std::byte>>(10 << 20);
   handler_->connection->send({"start", payload, *payload});
   EXPECT_GT(handler_->connection->pending_bytes(), uint64_t(5) << 20);
@@ -144,6 +144,7 @@ TEST_F(ConnectionTest, sending_never_blocks_and_what_is_pending_is_known) {
 }
 
 TEST_F(ConnectionTest, last_words_arrive_even_over_unread_input) {
+  open();
   write(std::string(3000, 'x'));
   handler_->connection->send({"goodbye", nullptr, {}});
   handler_->connection->close_when_sent("over");

@@ -51,10 +51,12 @@ struct AnalyticLight {
   LightTraits traits;
 };
 
-/// Emission shared by triangles: a material seen on an instance.
+/// Emission shared by triangles: a material seen on an instance. `front` and `back` say which sides are sampled; rays
+/// that hit the other side get density 0, so a closed mesh whose material emits both ways may leave `back` out: no
+/// picture changes, and no samples are wasted on sides that nobody sees.
 struct SurfaceEmission {
   Color radiance{1.0f};            ///< W sr⁻¹ m⁻²; with traits.program an estimate, to choose lights by
-  bool front = true, back = true;  ///< sides that emit; front: anticlockwise (b - a) x (c - a)
+  bool front = true, back = true;  ///< sides to sample; front: anticlockwise (b - a) x (c - a)
   LightTraits traits;
 };
 

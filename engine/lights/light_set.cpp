@@ -184,6 +184,11 @@ float LightSet::pdf_solid_angle_on_light(const Vec3& p, const Vec3& n, LightInde
                                          float distance, const Vec2& uv) const {
   if (is_triangle(light)) {
     const Triangle& t = triangles_[light - first_triangle_];
+    const SurfaceEmission& emission = emissions_[t.emission];
+    if (!emission.front || !emission.back) {
+      const bool front = dot(direction, cross(t.edge_b, t.edge_c)) < 0.0f;
+      if (!(front ? emission.front : emission.back)) return 0.0f;
+    }
     return SphericalTriangle(p, t.a, t.a + t.edge_b, t.a + t.edge_c).pdf_solid_angle(first_two(uv));
   }
   if (light == environment_) return environment_light_->pdf_solid_angle(n, direction);

@@ -376,6 +376,23 @@ TEST(LightSet, hits_are_found_by_kind_of_ray) {
   EXPECT_EQ(suns, 1);
 }
 
+TEST(LightSet, a_side_that_is_not_sampled_has_no_density) {
+  for (const bool front : {false, true}) {
+    LightSetBuilder builder;
+    auto triangles = quad(0.5f, {0, 0, 1}, builder.add_emission({Color(1.0f), front, !front, {}}));
+    triangles.pop_back();
+    builder.add_mesh(0, "Panel", triangles);
+    const auto set = build(builder);
+    const LightIndex light = set->find_triangle(0, 0);
+    const float below = set->pdf_solid_angle({0.1f, -0.1f, 0}, Vec3(0.0f), light, {0, 0, 1}, 1, {0.3f, 0.3f});
+    const float above = set->pdf_solid_angle({0.1f, -0.1f, 2}, Vec3(0.0f), light, {0, 0, -1}, 1, {0.3f, 0.3f});
+    EXPECT_EQ(below > 0.0f, front);  // the quad faces down
+    EXPECT_EQ(above > 0.0f, !front);
+    EXPECT_EQ(static_cast<bool>(set->sample({0.1f, -0.1f, 0}, Vec3(0.0f), 0.5f, {0.5f, 0.5f})), front);
+    EXPECT_EQ(static_cast<bool>(set->sample({0.1f, -0.1f, 2}, Vec3(0.0f), 0.5f, {0.5f, 0.5f})), !front);
+  }
+}
+
 TEST(LightSet, zero_negative_and_enormous_powers_are_handled) {
   LightSetBuilder builder;
   builder.add(lamp(LightKind::point, {0, 0, 2}, 0.0f));

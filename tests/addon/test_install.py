@@ -5,7 +5,7 @@
 import os
 import subprocess
 
-from conftest import FAKE_DAEMON, ROOT
+from harness import FAKE_DAEMON, ROOT
 
 INSTALL = """
 import sys, bpy

@@ -10,23 +10,7 @@ import time
 import numpy as np
 import pytest
 
-from conftest import FAKE_DAEMON, PRELUDE, blender_command
-
-# Saves the render as raw floats, so that tests see what the engine wrote.
-SAVE = """
-import numpy as np, os
-def save(name):
-    path = os.path.join(os.environ['LAMBENT_TEST_DIR'], name)
-    settings = scene.render.image_settings
-    if hasattr(settings, 'media_type'): settings.media_type = 'IMAGE'
-    settings.file_format, settings.color_depth, settings.color_mode, settings.exr_codec = 'OPEN_EXR', '32', 'RGBA', 'NONE'
-    bpy.data.images['Render Result'].save_render(path + '.exr')
-    image = bpy.data.images.load(path + '.exr')
-    pixels = np.empty(image.size[0] * image.size[1] * 4, np.float32)
-    image.pixels.foreach_get(pixels)
-    np.save(path + '.npy', pixels.reshape(image.size[1], image.size[0], 4))
-"""
-
+from harness import FAKE_DAEMON, PRELUDE, SAVE, blender_command
 
 def gradient(width, height):
     pixels = np.empty((height, width, 4), np.float32)

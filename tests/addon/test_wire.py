@@ -13,7 +13,7 @@ import time
 import numpy as np
 import pytest
 
-from conftest import FAKE_DAEMON, ROOT
+from harness import FAKE_DAEMON, ROOT
 from wire import client as wire_client
 from wire import daemon_process, messages
 from wire.client import Client, DaemonError, Stopped

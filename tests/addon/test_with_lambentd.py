@@ -7,8 +7,7 @@ import os
 import numpy as np
 import pytest
 
-from conftest import ROOT
-from test_render import SAVE
+from harness import ROOT, SAVE
 
 LAMBENTD = os.path.join(os.environ.get("LAMBENT_BUILD_DIR") or os.path.join(ROOT, "build", "release"), "bin", "lambentd")
 

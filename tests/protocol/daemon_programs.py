@@ -1,4 +1,6 @@
-"""Starts real daemon processes for the tests: `lambentd`, and `lambentd_stand_in`, whose session is a stand-in with known timing.
+"""Starts real daemon processes for the tests; the fixtures that do.
+
+`lambentd` is the real one; `lambentd_stand_in` has a stand-in for its session, with known timing.
 
 The programs are looked for in $LAMBENT_BUILD_DIR/bin (default: build/release); a test skips where one is absent.
 """
@@ -93,3 +95,38 @@ def wait_until(condition, seconds=10.0):
     while not condition() and time.monotonic() < deadline:
         time.sleep(0.02)
     return condition()
+
+
+@pytest.fixture
+def folder():
+    # Socket paths are short; pytest's own folders may not be.
+    with tempfile.TemporaryDirectory(prefix="lambent-test-") as name:
+        yield name
+
+
+@pytest.fixture(params=["lambentd_stand_in", "lambentd"])
+def daemon(request, folder):
+    """Either program, ended in order after the test."""
+    started = Daemon(request.param, folder)
+    yield started
+    if started.process.poll() is None:
+        assert started.stop() == 0
+    started.stderr.close()
+
+
+@pytest.fixture
+def stand_in(folder):
+    started = Daemon("lambentd_stand_in", folder)
+    yield started
+    if started.process.poll() is None:
+        assert started.stop() == 0
+    started.stderr.close()
+
+
+@pytest.fixture
+def real(folder):
+    started = Daemon("lambentd", folder)
+    yield started
+    if started.process.poll() is None:
+        assert started.stop() == 0
+    started.stderr.close()

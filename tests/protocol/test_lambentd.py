@@ -15,7 +15,7 @@ import time
 
 import numpy as np
 import pytest
-from daemon_programs import Daemon, wait_until
+from daemon_programs import Daemon, daemon, folder, real, stand_in, wait_until  # noqa: F401 (fixtures)
 from wire import client as wire_client
 from wire import messages
 from wire.connection import ConnectionLost
@@ -411,9 +411,9 @@ import sys
 sys.path.insert(0, {str(pathlib.Path(__file__).resolve().parents[2] / "blender_addon" / "lambent")!r})
 sys.path.insert(0, {str(pathlib.Path(__file__).parent)!r})
 from wire import client
-import test_daemon
+import test_lambentd
 session = client.Client("unix:{daemon.socket_path}", "{daemon.token}", "victim")
-test_daemon.prepare(session, 1, samples=0, metadata={{"tile_ms": "5"}})
+test_lambentd.prepare(session, 1, samples=0, metadata={{"tile_ms": "5"}})
 session.post({{"type": "render_start", "epoch": 1}})
 session.ask({{"type": "arrays_query", "hashes": []}}, "arrays_missing", lambda: False)
 print("rendering", flush=True)

@@ -1,0 +1,143 @@
+"""`lambent` from outside: renders, interruption, full disks, wrong usage, comparison."""
+
+import os
+import pathlib
+import resource
+import signal
+import subprocess
+import time
+
+import pytest
+from daemon_programs import BIN, Daemon
+from test_lambentd import never, prepare
+
+LAMBENT = BIN / "lambent"
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    """A saved scene of 160 x 96 pixels and 4 samples, written by the daemon."""
+    if not LAMBENT.exists():
+        pytest.skip(f"{LAMBENT} is not built")
+    folder = tmp_path_factory.mktemp("s")
+    daemon = Daemon("lambentd", folder)
+    client = daemon.client()
+    prepare(client, 1)
+    path = folder / "scene.lambent"
+    client.ask({"type": "save_scene", "path": str(path)}, "scene_saved", never)
+    client.close()
+    assert daemon.stop() == 0
+    return path
+
+
+def lambent(*arguments, **options):
+    return subprocess.run([str(LAMBENT), *map(str, arguments)], capture_output=True, text=True, timeout=120, **options)
+
+
+def test_renders_the_same_picture_with_any_number_of_threads(scene, tmp_path):
+    one = lambent("render", scene, "-o", tmp_path / "one.exr", "--threads", 1)
+    two = lambent("render", scene, "-o", tmp_path / "two.exr", "--threads", 2, "--quiet")
+    assert one.returncode == 0 and two.returncode == 0, one.stderr + two.stderr
+    assert f"Saved: '{tmp_path / 'one.exr'}'" in one.stderr and two.stderr == ""
+    same = lambent("diff", tmp_path / "one.exr", tmp_path / "two.exr")
+    assert same.returncode == 0 and "relMSE      0\n" in same.stdout
+    assert sorted(os.listdir(tmp_path)) == ["one.exr", "two.exr"]
+
+
+def test_another_seed_is_another_noise_of_the_same_mean(scene, tmp_path):
+    for name, seed in (("a", 1), ("b", 2)):
+        assert lambent("render", scene, "-o", tmp_path / f"{name}.exr", "--seed", seed, "--samples", 16).returncode == 0
+    different = lambent("diff", tmp_path / "a.exr", tmp_path / "b.exr", "--failing-tiles", 0)
+    assert different.returncode == 1 and "tiles       0 of 60 differ" in different.stdout, different.stdout
+    assert lambent("diff", tmp_path / "a.exr", tmp_path / "b.exr", "--threshold", 100, "--failing-tiles", 0).returncode == 0
+
+
+def test_info_names_what_a_picture_and_a_scene_hold(scene, tmp_path):
+    picture = tmp_path / "a.exr"
+    assert lambent("render", scene, "-o", picture, "--samples", 2, "--seed", 9, "--region", 10, 20, 60, 50).returncode == 0
+    about = lambent("info", picture).stdout
+    for text in ("R G B A", "lambent/samples: 2", "lambent/seed: 9", "lambent/integrator: PT", "lambent/camera: Camera", str(scene)):
+        assert text in about, about
+    assert "data window   50 x 30 px at (10, 46)" in about
+    about = lambent("info", scene).stdout
+    for text in ("meshes        1 (2 triangles)", "objects       2", "lights        1", "160 x 96 px", "samples       4", "BsdfDiffuse"):
+        assert text in about, about
+
+
+def test_resolution_and_png(scene, tmp_path):
+    assert lambent("render", scene, "-o", tmp_path / "a.png", "--resolution", 40, 20, "--samples", 1).returncode == 0
+    about = lambent("info", tmp_path / "a.png").stdout
+    assert "(png)" in about and "40 x 20 px" in about
+
+
+def test_an_interrupt_saves_what_is_done_and_a_checkpoint_continues_it(scene, tmp_path):
+    picture, checkpoint = tmp_path / "a.exr", tmp_path / "a.checkpoint"
+    process = subprocess.Popen(
+        [LAMBENT, "render", scene, "-o", picture, "--samples", "0", "--checkpoint", checkpoint], stderr=subprocess.PIPE, text=True
+    )
+    time.sleep(2)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=20)
+    assert process.returncode == 130 and "interrupted" in errors, errors
+    done = int(lambent("info", picture).stdout.split("lambent/samples: ")[1].split()[0])
+    assert done > 0
+    target = done + 4
+    resumed = lambent("render", scene, "-o", tmp_path / "b.exr", "--samples", target, "--checkpoint", checkpoint, "--resume")
+    assert resumed.returncode == 0, resumed.stderr
+    assert lambent("render", scene, "-o", tmp_path / "c.exr", "--samples", target).returncode == 0
+    assert "relMSE      0\n" in lambent("diff", tmp_path / "b.exr", tmp_path / "c.exr").stdout
+
+
+def test_a_place_that_cannot_be_written_keeps_the_picture_elsewhere(scene, tmp_path):
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    failed = lambent("render", scene, "-o", tmp_path / "no" / "a.exr", "--fallback-dir", elsewhere)
+    assert failed.returncode == 1 and str(tmp_path / "no" / "a.exr") in failed.stderr
+    (kept,) = elsewhere.iterdir()
+    assert str(kept) in failed.stderr and "R G B A" in lambent("info", kept).stdout
+
+
+def test_a_full_disk_is_an_error_and_leaves_no_half_picture(scene, tmp_path):
+    picture = tmp_path / "a.exr"
+    picture.write_text("old")
+
+    def fill():
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+
+    failed = lambent(
+        "render", scene, "-o", picture, "--fallback-dir", tmp_path, preexec_fn=fill, restore_signals=False
+    )
+    assert failed.returncode == 1 and str(picture) in failed.stderr and "File too large" in failed.stderr
+    assert os.listdir(tmp_path) == ["a.exr"] and picture.read_text() == "old"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "text"),
+    [
+        (["render", "SCENE", "-o", "a.tga"], 2, "a.tga"),
+        (["render", "SCENE"], 2, "--output"),
+        (["render", "missing.lambent", "-o", "a.exr"], 1, "missing.lambent"),
+        (["render", "SCENE", "-o", "a.exr", "--camera", "Nobody"], 2, "'Camera'"),
+        (["render", "SCENE", "-o", "a.exr", "--integrator", "XYZ"], 2, "XYZ"),
+        (["render", "SCENE", "-o", "a.exr", "--region", "5", "5", "5", "9"], 2, "--region"),
+        (["render", "SCENE", "-o", "a.exr", "--samples", "-1"], 2, "--samples"),
+        (["render", "SCENE", "-o", "a.exr", "--resume"], 2, "--checkpoint"),
+        (["render", "SCENE", "-o", "a.exr", "--checkpoint", "missing", "--resume"], 1, "missing"),
+        (["info", "missing.exr"], 1, "missing.exr"),
+        (["diff", "missing.exr", "missing.exr"], 2, "missing.exr"),
+    ],
+)
+def test_wrong_usage_is_explained(scene, tmp_path, arguments, code, text):
+    failed = lambent(*[scene if one == "SCENE" else one for one in arguments], cwd=tmp_path)
+    assert failed.returncode == code and text in failed.stderr, failed.stderr
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_damaged_scene_is_named(scene, tmp_path):
+    damaged = pathlib.Path(tmp_path, "damaged.lambent")
+    data = bytearray(scene.read_bytes())
+    for length in (0, 10, 100, len(data) - 1):
+        damaged.write_bytes(data[:length])
+        failed = lambent("render", damaged, "-o", tmp_path / "a.exr")
+        assert failed.returncode == 1 and str(damaged) in failed.stderr

@@ -11,6 +11,7 @@
 #include "engine/base/vec.h"
 #include "engine/lights/environment.h"
 #include "engine/lights/lamp.h"
+#include "engine/lights/lamp_bvh.h"
 #include "engine/lights/light.h"
 #include "engine/lights/light_tree.h"
 

@@ -22,7 +22,7 @@ struct LightCluster {
   double intensity = 0;    ///< sum of the largest intensities, W/sr (luminance, absolute)
 };
 
-/// Immutable. About 45 bytes an emitter (nodes of 128 bytes for four children, and a path of 4 bytes an emitter).
+/// Immutable. About 55 bytes an emitter (nodes of 128 bytes for four children, and a path of 4 bytes an emitter).
 ///
 /// Invariant: a light whose importance is not provably zero at a receiver has a positive probability there. A single
 /// light is chosen without being weighed.

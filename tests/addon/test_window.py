@@ -243,3 +243,29 @@ run(steps)
         assert marker not in run.output, run.output
     pictures = [read_screenshot(tmp_path / name) for name in ("RENDER", "MATERIAL", "WORLD", "DATA_AREA", "DATA_camera")]
     assert all(np.abs(a - b).max() > 0.1 for a, b in zip(pictures, pictures[1:]))
+
+
+def test_material_previews_are_rendered(run_window, tmp_path):
+    run = run_window(
+        """
+material, nodes, links = node_material('m')
+links.new(nodes.new('ShaderNodeBsdfPrincipled').outputs[0], nodes.new('ShaderNodeOutputMaterial').inputs['Surface'])
+ob = quad()
+ob.data.materials.append(material)
+bpy.context.view_layer.objects.active = ob
+class TEST_PT_preview(bpy.types.Panel):
+    bl_label, bl_space_type, bl_region_type, bl_context = 'Preview of the test', 'PROPERTIES', 'WINDOW', 'material'
+    bl_options, bl_order = {'HIDE_HEADER'}, -1
+    def draw(self, context): self.layout.template_preview(material)
+bpy.utils.register_class(TEST_PT_preview)
+def show(): next(a for a in window().screen.areas if a.type == 'PROPERTIES').spaces.active.context = 'MATERIAL'
+steps = [(1.0, show), (5.0, lambda: screenshot('preview'))]
+run(steps)
+"""
+    )
+    assert "Traceback" not in run.output, run.output
+    settings = run.values("settings")["render"]
+    assert settings["width"] < 400 and settings["samples"] == 32
+    # Blender's preview scene: a ball or the like with the material, lights and a floor.
+    assert "m" in run.values("material") and len(run.values("object")) > 2
+    assert gradient_pixels(read_screenshot(tmp_path / "preview")) > 2000

@@ -28,6 +28,7 @@ _CANCEL_SECONDS = 3.0
 _POLL_SECONDS = 0.02
 _BACKGROUND_STATUS_SECONDS = 1.0
 _MAX_REPORTED = 50
+_PREVIEW_SAMPLES = 32
 
 
 class RenderFailed(Exception):
@@ -136,6 +137,8 @@ class _LayerRender:
         engine, scene, render_settings = self._engine, self._scene, self._scene.render
         camera = engine.camera_override or scene.camera
         view = View(self._width, self._height, preview=engine.is_preview, local_daemon=self._session.local)
+        # Blender's scene for previews asks for very many, which Cycles' noise threshold then cuts short.
+        view.sample_limit = _PREVIEW_SAMPLES if engine.is_preview else 0
         view.pixel_aspect = (render_settings.pixel_aspect_x, render_settings.pixel_aspect_y)
         if self._region != (0, 0, self._width, self._height):
             view.region = self._region

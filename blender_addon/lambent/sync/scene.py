@@ -21,7 +21,8 @@ class View:
 
     width, height: px of the full frame. region: (x0, y0, x1, y1) px with exclusive end, row 0 at the bottom, or None.
     camera: the evaluated camera object, or None. matrix_world: mathutils 4x4. camera_value: a whole camera datablock in place
-    of camera, for views that no camera object stands for. preview: viewport settings count. local_daemon: it sees our files.
+    of camera, for views that no camera object stands for. preview: viewport settings count.
+    sample_limit: samples at most, 0 for no limit. local_daemon: it sees our files.
     """
 
     width: int
@@ -33,6 +34,7 @@ class View:
     shift_x: float = 0.0
     camera_value: dict = None
     preview: bool = False
+    sample_limit: int = 0
     local_daemon: bool = True
 
 

@@ -84,6 +84,8 @@ def export_settings(edits, scene, view_layer, view, camera, world):
         value["region"] = list(view.region)
     if effective(scene, "animated_seed"):
         value["seed"] = (value["seed"] + scene.frame_current * _SEED_STEP) & 0x7FFFFFFF
+    if view.sample_limit and (value["samples"] == 0 or value["samples"] > view.sample_limit):
+        value["samples"] = view.sample_limit
     color_management = compat.color_management_path()
     if color_management and view.local_daemon:
         value["ocio_config"] = color_management

@@ -190,6 +190,8 @@ int render(const RenderOptions& options) {
     say("--resume needs --checkpoint FILE");
     return 2;
   }
+  std::signal(SIGINT, on_interrupt);
+  std::signal(SIGTERM, on_interrupt);
   Report loading;
   const auto scene = description::load_scene_file(options.scene, loading);
   print_messages(loading, options.quiet);
@@ -215,8 +217,6 @@ int render(const RenderOptions& options) {
       say(loaded.error());
       return 1;
     }
-  std::signal(SIGINT, on_interrupt);
-  std::signal(SIGTERM, on_interrupt);
   session.start(k_epoch);
   std::optional<RenderOutcome> outcome;
   bool told = false;

@@ -103,7 +103,6 @@ void SessionRunner::add_credit(int64_t tiles) {
 void SessionRunner::service() {
   if (retired_) return;
   bool drained = false;
-  size_t known_outcomes = 0;
   {
     const std::unique_lock gate(gate_, std::try_to_lock);
     if (!gate || !session_) return;  // the worker posts service() when it leaves the gate
@@ -111,18 +110,16 @@ void SessionRunner::service() {
     {
       const std::lock_guard lock(epochs_mutex_);
       cancel_now = std::exchange(cancel_wanted_, false) && started_epoch_ >= 0 && started_epoch_ <= cancelled_through_;
-      // One that comes while tiles are being taken may follow tiles that were not there yet.
-      known_outcomes = outcomes_.size();
     }
     if (cancel_now) session_->cancel();
-    drained = send_tiles(known_outcomes > 0);
+    drained = send_tiles();
   }
-  send_outcomes(known_outcomes, drained);
+  send_outcomes(drained);
   schedule_progress();
 }
 
 /// Inside the gate. Sends tiles as far as credit and room allow; true if the session has no more.
-bool SessionRunner::send_tiles(bool outcome_waits) {
+bool SessionRunner::send_tiles() {
   const auto output = output_.lock();
   if (!output) return false;
   int64_t epoch = -1;
@@ -140,7 +137,7 @@ bool SessionRunner::send_tiles(bool outcome_waits) {
     }
     if (!held_tiles_.empty() || output->pending_bytes() >= k_tile_room_bytes) return false;
     // Without credit one tile is taken only to learn whether the end of the render may be told.
-    if (credits_ == 0 && !outcome_waits) return false;
+    if (credits_ == 0 && outcomes_.empty()) return false;
     const size_t limit = static_cast<size_t>(std::clamp<int64_t>(credits_, 1, k_tiles_at_once));
     std::vector<TileSnapshot> tiles = session_->take_tiles(limit);
     if (tiles.empty()) return true;
@@ -149,11 +146,11 @@ bool SessionRunner::send_tiles(bool outcome_waits) {
 }
 
 /// `render_done` follows the last final tile; that of a superseded render has none to wait for.
-void SessionRunner::send_outcomes(size_t known, bool drained) {
+void SessionRunner::send_outcomes(bool drained) {
   std::vector<RenderOutcome> ready;
   {
     const std::lock_guard lock(epochs_mutex_);
-    for (size_t i = 0; i < known;) {
+    for (size_t i = 0; i < outcomes_.size();) {
       RenderOutcome& outcome = outcomes_[i];
       if (outcome.epoch >= started_epoch_ && !drained) {
         ++i;
@@ -162,7 +159,6 @@ void SessionRunner::send_outcomes(size_t known, bool drained) {
       finished_epoch_ = std::max(finished_epoch_, outcome.epoch);
       ready.push_back(std::move(outcome));
       outcomes_.erase(outcomes_.begin() + static_cast<std::ptrdiff_t>(i));
-      --known;
     }
   }
   const auto output = output_.lock();

@@ -85,8 +85,8 @@ class SessionRunner : public std::enable_shared_from_this<SessionRunner> {
 
   // I/O thread's side.
   void answer_cancelled(int64_t epoch);
-  bool send_tiles(bool outcome_waits);
-  void send_outcomes(size_t known, bool drained);
+  bool send_tiles();
+  void send_outcomes(bool drained);
   void schedule_progress();
   void send_progress();
 
@@ -111,7 +111,6 @@ class SessionRunner : public std::enable_shared_from_this<SessionRunner> {
   std::mutex epochs_mutex_;
   int64_t started_epoch_ = -1, cancelled_through_ = -1, finished_epoch_ = -1;
   bool cancel_wanted_ = false;
-  std::vector<RenderOutcome> outcomes_;
 
   // Worker's own.
   ArrayStore arrays_;
@@ -121,6 +120,7 @@ class SessionRunner : public std::enable_shared_from_this<SessionRunner> {
   std::set<int64_t> queued_starts_;
   int64_t newest_start_ = -1;
   int64_t credits_ = 0;
+  std::vector<RenderOutcome> outcomes_;  ///< of renders that ended and whose tiles are not all sent
   std::deque<TileSnapshot> held_tiles_;  ///< taken from the session to see whether there are any, not yet sent
   bool progress_scheduled_ = false;
 

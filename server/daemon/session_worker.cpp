@@ -42,11 +42,13 @@ std::unique_ptr<Session> SessionRunner::make_session() {
   events.done = [weak = weak_from_this()](const RenderOutcome& outcome) {
     const auto self = weak.lock();
     if (!self) return;
-    {
-      const std::lock_guard lock(self->epochs_mutex_);
-      self->outcomes_.push_back(outcome);
-    }
-    self->to_service();
+    // Posted, like everything that goes to the client, so that it comes after what was said before.
+    self->loop_.post([weak, outcome] {
+      const auto runner = weak.lock();
+      if (!runner) return;
+      runner->outcomes_.push_back(outcome);
+      runner->service();
+    });
   };
   return std::make_unique<Session>(engine_, std::move(events));
 }

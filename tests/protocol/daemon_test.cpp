@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <cstring>
 
 #include "engine/description/frame.h"
@@ -21,6 +22,13 @@ using testing::HasSubstr;
 using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// 100 ms; on a machine that is given more work than it has processors, its share of them.
+double latency_limit_s() {
+  double load = 0;
+  ::getloadavg(&load, 1);
+  return 0.1 * std::max(1.0, load / std::thread::hardware_concurrency());
+}
 
 class DaemonTest : public testing::Test {
  protected:
@@ -171,14 +179,15 @@ TEST_F(DaemonTest, tiles_never_exceed_the_credit_and_done_waits_for_the_last_til
 }
 
 TEST_F(DaemonTest, only_the_newest_pixels_of_a_tile_are_sent) {
-  configure(1, {{"tile_ms", "5"}}, 20);
+  configure(1, {{"tile_ms", "5"}}, 30);
   start(1);
-  std::this_thread::sleep_for(std::chrono::milliseconds(250));  // some ten passes without credit
+  int64_t samples = 0;
+  while (samples < 5) samples = client_->receive("progress")->header["samples"].get<int64_t>();
   credit(4);
   for (int i = 0; i < 4; ++i) {
     const auto tile = client_->receive("tile");
     ASSERT_TRUE(tile);
-    EXPECT_GT(tile->header["samples"].get<int>(), 5);
+    EXPECT_GE(tile->header["samples"].get<int64_t>(), samples);
   }
 }
 
@@ -194,7 +203,7 @@ TEST_F(DaemonTest, cancel_acts_within_100_ms_while_building_and_rendering) {
     cancel(epoch);
     const auto done = client_->receive("render_done");
     ASSERT_TRUE(done);
-    EXPECT_LT(seconds_since(before), 0.1) << metadata;
+    EXPECT_LT(seconds_since(before), latency_limit_s()) << metadata;
     EXPECT_EQ(done->header["status"], "cancelled");
     EXPECT_EQ(done->header["epoch"], epoch);
   }
@@ -217,7 +226,7 @@ TEST_F(DaemonTest, cancel_and_ping_are_answered_at_once_while_a_large_export_is_
   client_->send({{"type", "ping"}, {"cookie", 1}});
   // Both come before the transaction's result: the first from the queue of renders, the second at once.
   const auto first = client_->receive(), second = client_->receive();
-  EXPECT_LT(seconds_since(before), 0.1);
+  EXPECT_LT(seconds_since(before), latency_limit_s());
   ASSERT_TRUE(first && second);
   EXPECT_EQ(first->type(), "render_done");
   EXPECT_EQ(first->header["status"], "cancelled");

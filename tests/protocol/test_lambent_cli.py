@@ -75,7 +75,9 @@ def test_an_interrupt_saves_what_is_done_and_a_checkpoint_continues_it(scene, tm
     process = subprocess.Popen(
         [LAMBENT, "render", scene, "-o", picture, "--samples", "0", "--checkpoint", checkpoint], stderr=subprocess.PIPE, text=True
     )
-    time.sleep(2)
+    while "Sample" not in process.stderr.readline():  # a line every few seconds where there is no terminal
+        pass
+    time.sleep(0.5)
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=20)
     assert process.returncode == 130 and "interrupted" in errors, errors

@@ -54,7 +54,7 @@ TypedValue checker(Compiler& c, int n, S socket, int shift) {
       {c.vector_or(n, "Vector", shift, &Compiler::generated), c.color(n, "Color1", Color(0.8f), shift),
        c.color(n, "Color2", Color(0.2f), shift), c.number(n, "Scale", 5, shift)},
       4);
-  return color_and_alpha(c, result, socket == "Fac");
+  return color_and_alpha(c, result, socket != "Color");
 }
 
 TypedValue gradient(Compiler& c, int n, S socket, int shift) {
@@ -62,7 +62,7 @@ TypedValue gradient(Compiler& c, int n, S socket, int shift) {
                                               "SPHERICAL", "QUADRATIC_SPHERE", "RADIAL"};
   const Value f = c.expressions().operation(Op::gradient, c.choice(n, "gradient_type", types),
                                             {c.vector_or(n, "Vector", shift, &Compiler::generated)}, 1);
-  return socket == "Fac" ? number_of(f) : color_of(c.to_vector(number_of(f)));
+  return socket != "Color" ? number_of(f) : color_of(c.to_vector(number_of(f)));
 }
 
 TypedValue sky(Compiler& c, int n, S, int shift) {

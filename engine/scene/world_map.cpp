@@ -12,17 +12,33 @@ EnvironmentLight world_importance_map(const Program& world, const TextureSystem*
   light.width = 2 * height;
   light.height = height;
   light.luminance.assign(static_cast<size_t>(light.width) * light.height, 0.0f);
+  constexpr int k_sun_samples = 16;
+  const Vec3 sun = world.traits().sun_direction_world;
+  const float cos_near_sun =
+      world.traits().sun_angle_rad > 0.0f
+          ? std::cos(std::min(0.5f * world.traits().sun_angle_rad + 2.0f * k_pi / height, 0.5f * k_pi))
+          : 2.0f;
   std::vector<Imath::V3d> row_sums(height, Imath::V3d(0.0));
   tbb::parallel_for(0, height, [&](int y) {
     if (cancel.cancelled()) return;
     ShadingPoint point;
     point.ray_kind = k_ray_diffuse;
-    for (int x = 0; x < light.width; ++x) {
-      const Vec3 direction = direction_of_equirectangular(
-          {(static_cast<float>(x) + 0.5f) / light.width, (static_cast<float>(y) + 0.5f) / light.height});
+    const auto radiance_at = [&](float column, float row) {
+      const Vec3 direction = direction_of_equirectangular({column / light.width, row / light.height});
       point.p_world = direction;
       point.wi_world = point.ng_world = point.ns_world = -direction;
-      const Color radiance = world.emission(point, textures);
+      return world.emission(point, textures);
+    };
+    for (int x = 0; x < light.width; ++x) {
+      Color radiance = radiance_at(x + 0.5f, y + 0.5f);
+      const Vec3 direction = point.p_world;
+      if (dot(direction, sun) > cos_near_sun) {  // a disc smaller than a texel: its share, not hit or miss
+        radiance = Color(0.0f);
+        for (int i = 0; i < k_sun_samples * k_sun_samples; ++i)
+          radiance += radiance_at(x + (i % k_sun_samples + 0.5f) / k_sun_samples,
+                                  y + (i / k_sun_samples + 0.5f) / k_sun_samples) *
+                      (1.0f / (k_sun_samples * k_sun_samples));
+      }
       if (!is_finite(radiance)) continue;
       light.luminance[static_cast<size_t>(y) * light.width + x] = std::fabs(luminance(radiance));
       row_sums[y] += Imath::V3d(radiance);

@@ -54,7 +54,7 @@ TypedValue checker(Compiler& c, int n, S socket, int shift) {
       {c.vector_or(n, "Vector", shift, &Compiler::generated), c.color(n, "Color1", Color(0.8f), shift),
        c.color(n, "Color2", Color(0.2f), shift), c.number(n, "Scale", 5, shift)},
       4);
-  return color_and_alpha(c, result, socket == "Fac");
+  return color_and_alpha(c, result, socket != "Color");
 }
 
 TypedValue gradient(Compiler& c, int n, S socket, int shift) {
@@ -62,25 +62,43 @@ TypedValue gradient(Compiler& c, int n, S socket, int shift) {
                                               "SPHERICAL", "QUADRATIC_SPHERE", "RADIAL"};
   const Value f = c.expressions().operation(Op::gradient, c.choice(n, "gradient_type", types),
                                             {c.vector_or(n, "Vector", shift, &Compiler::generated)}, 1);
-  return socket == "Fac" ? number_of(f) : color_of(c.to_vector(number_of(f)));
+  return socket != "Color" ? number_of(f) : color_of(c.to_vector(number_of(f)));
 }
 
 TypedValue sky(Compiler& c, int n, S, int shift) {
   const std::string type = c.text(n, "sky_type", "NISHITA");
-  Vec3 sun(0, 0, 1);
-  const auto& properties = c.node(n).properties;
-  if (const auto found = properties.find("sun_direction"); found != properties.end())
-    if (const auto* v = std::get_if<GraphNumbers>(&found->second); v && v->size() >= 3)
-      sun = {(*v)[0], (*v)[1], (*v)[2]};
-  if (type != "PREETHAM")
-    c.warn_unsupported(n, "the sky model '" + type + "' is rendered with Preetham's, without the sun's disc");
-  if (type != "PREETHAM" && type != "HOSEK_WILKIE") {
-    const float elevation = c.property(n, "sun_elevation", 0.2617994f), rotation = c.property(n, "sun_rotation", 0.0f);
-    // Rotation 0 is +Y, turning towards +X, as Blender
-    sun = {std::cos(elevation) * std::sin(rotation), std::cos(elevation) * std::cos(rotation), std::sin(elevation)};
+  std::vector<float> table;
+  if (type == "PREETHAM" || type == "HOSEK_WILKIE") {
+    if (type == "HOSEK_WILKIE") c.warn_unsupported(n, "Hosek and Wilkie's sky is rendered as Preetham's");
+    Vec3 sun(0, 0, 1);
+    const auto& properties = c.node(n).properties;
+    if (const auto found = properties.find("sun_direction"); found != properties.end())
+      if (const auto* v = std::get_if<GraphNumbers>(&found->second); v && v->size() >= 3)
+        sun = {(*v)[0], (*v)[1], (*v)[2]};
+    table = make_preetham_sky(sun, c.property(n, "turbidity", 2.2f));
+  } else {
+    if (type != "NISHITA" && type != "SINGLE_SCATTERING")
+      c.warn_unsupported(n, "the sky model '" + type + "' is rendered as single scattering");
+    NishitaSky nishita;
+    nishita.sun_elevation_rad = c.property(n, "sun_elevation", nishita.sun_elevation_rad);
+    nishita.sun_rotation_rad = c.property(n, "sun_rotation", 0.0f);
+    nishita.sun_angle_rad = c.property(n, "sun_size", nishita.sun_angle_rad);
+    nishita.sun_intensity = c.property(n, "sun_intensity", 1.0f);
+    nishita.sun_disc = c.flag(n, "sun_disc", true);
+    nishita.altitude_m = c.property(n, "altitude", 0.0f);
+    nishita.air_density = c.property(n, "air_density", 1.0f);
+    // Renamed in 5.0
+    nishita.dust_density = c.property(n, "dust_density", c.property(n, "aerosol_density", 1.0f));
+    nishita.ozone_density = c.property(n, "ozone_density", 1.0f);
+    if (nishita.sun_disc && !c.is_linked(n, "Vector") && c.is_world()) {
+      ProgramTraits& traits = c.program().traits;
+      traits.sun_direction_world = sun_direction(nishita.sun_elevation_rad, nishita.sun_rotation_rad);
+      traits.sun_angle_rad = nishita.sun_angle_rad;
+    }
+    table = make_nishita_sky(nishita);
   }
   const auto index = static_cast<uint32_t>(c.program().tables.size());
-  c.program().tables.push_back(make_preetham_sky(sun, c.property(n, "turbidity", 2.2f)));
+  c.program().tables.push_back(std::move(table));
   return color_of(
       c.expressions().operation(Op::sky, 0, {c.vector_or(n, "Vector", shift, &Compiler::generated)}, 3, index));
 }

@@ -74,6 +74,14 @@ Value Compiler::to_vector(const TypedValue& value) {
   return expressions_.operation(Op::combine, 0, {value.value, value.value, value.value}, 3);
 }
 
+const GraphValue* Compiler::find_input(int index, const char* socket) const {
+  const auto& inputs = node(index).inputs;
+  auto found = inputs.find(socket);
+  // The one socket whose name differs between versions of Blender
+  if (found == inputs.end() && std::string_view(socket) == "Fac") found = inputs.find("Factor");
+  return found == inputs.end() ? nullptr : &found->second;
+}
+
 float Compiler::finite(int index, const char* socket, float x, float otherwise) {
   if (std::isfinite(x)) return x;
   if (reported_.insert({index, socket}).second)
@@ -84,24 +92,23 @@ float Compiler::finite(int index, const char* socket, float x, float otherwise) 
 }
 
 Value Compiler::number(int index, const char* socket, float otherwise, int shift) {
-  const auto input = node(index).inputs.find(socket);
-  if (input == node(index).inputs.end()) return expressions_.number(otherwise);
-  if (const auto* link = std::get_if<GraphLink>(&input->second)) return to_number(output(*link, shift));
-  if (const auto* x = std::get_if<float>(&input->second))
-    return expressions_.number(finite(index, socket, *x, otherwise));
-  if (const auto* b = std::get_if<bool>(&input->second)) return expressions_.number(*b ? 1.0f : 0.0f);
-  if (const auto* v = std::get_if<GraphNumbers>(&input->second))
+  const GraphValue* input = find_input(index, socket);
+  if (!input) return expressions_.number(otherwise);
+  if (const auto* link = std::get_if<GraphLink>(input)) return to_number(output(*link, shift));
+  if (const auto* x = std::get_if<float>(input)) return expressions_.number(finite(index, socket, *x, otherwise));
+  if (const auto* b = std::get_if<bool>(input)) return expressions_.number(*b ? 1.0f : 0.0f);
+  if (const auto* v = std::get_if<GraphNumbers>(input))
     if (!v->empty()) return expressions_.number(finite(index, socket, (*v)[0], otherwise));
   return expressions_.number(otherwise);
 }
 
 Value Compiler::vector(int index, const char* socket, const Vec3& otherwise, int shift) {
-  const auto input = node(index).inputs.find(socket);
-  if (input == node(index).inputs.end()) return expressions_.vector(otherwise);
-  if (const auto* link = std::get_if<GraphLink>(&input->second)) return to_vector(output(*link, shift));
-  if (const auto* x = std::get_if<float>(&input->second))
+  const GraphValue* input = find_input(index, socket);
+  if (!input) return expressions_.vector(otherwise);
+  if (const auto* link = std::get_if<GraphLink>(input)) return to_vector(output(*link, shift));
+  if (const auto* x = std::get_if<float>(input))
     return expressions_.vector(Vec3(finite(index, socket, *x, otherwise.x)));
-  if (const auto* v = std::get_if<GraphNumbers>(&input->second)) {
+  if (const auto* v = std::get_if<GraphNumbers>(input)) {
     const auto at = [&](int i) {
       return i < static_cast<int>(v->size()) ? finite(index, socket, (*v)[i], otherwise[i]) : 0.0f;
     };
@@ -115,10 +122,10 @@ Value Compiler::color(int index, const char* socket, const Color& otherwise, int
 }
 
 bool Compiler::is_linked(int index, const char* socket) const {
-  const auto input = node(index).inputs.find(socket);
-  return input != node(index).inputs.end() && std::holds_alternative<GraphLink>(input->second);
+  const GraphValue* input = find_input(index, socket);
+  return input && std::holds_alternative<GraphLink>(*input);
 }
-bool Compiler::has_input(int index, const char* socket) const { return node(index).inputs.contains(socket); }
+bool Compiler::has_input(int index, const char* socket) const { return find_input(index, socket) != nullptr; }
 
 bool Compiler::output_used(int index, const char* socket) const {
   for (const GraphNode& other : graph_.nodes)
@@ -400,7 +407,8 @@ std::shared_ptr<const Program> Compiler::finish() {
     point.backfacing = z < 0.0f;
     point.p_world = {random(2) * 2 - 1, random(3) * 2 - 1, random(4) * 2 - 1};
     point.ray_kind = i & 1 ? k_ray_diffuse : k_ray_camera;
-    for (AttributeValue& attribute : point.attributes) attribute = AttributeValue::constant({random(5), random(6), random(7), 1.0f});
+    for (AttributeValue& attribute : point.attributes)
+      attribute = AttributeValue::constant({random(5), random(6), random(7), 1.0f});
     const Color radiance = program->emission(point, nullptr);
     for (int k = 0; k < 3; ++k)
       if (std::isfinite(radiance[k])) sum[k] += std::clamp(radiance[k], 0.0f, 1e15f);

@@ -82,6 +82,7 @@ class Compiler {
                    const std::vector<Value>& parameters);
 
  private:
+  const GraphValue* find_input(int node, const char* socket) const;
   /// x, or `otherwise` with a message if x is NaN or infinite.
   float finite(int node, const char* socket, float x, float otherwise);
   std::shared_ptr<const Program> finish();

@@ -25,6 +25,8 @@ struct ProgramTraits {
   bool may_be_transparent = false;   ///< transparency is not always zero: shadow rays must ask
   bool needs_differentials = false;  ///< bump, filtered textures
   bool scatters = false;             ///< has lobes besides emission and transparency
+  float sun_angle_rad = 0.0f;        ///< worlds: whole angle of a sun's disc in the sky, which a map may miss; 0: none
+  Vec3 sun_direction_world{0, 0, 1};
 };
 
 class ProgramData;  // the code and its constants; program_data.h

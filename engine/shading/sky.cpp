@@ -1,5 +1,7 @@
 #include "engine/shading/sky.h"
 
+#include <tbb/parallel_for.h>
+
 #include <array>
 
 namespace lambent {
@@ -37,11 +39,199 @@ float zenith(const float coefficients[3][4], float turbidity, float theta) {
   return sum;
 }
 
+constexpr size_t k_preetham_floats = 21;
+
+Color rgb_from_xyz(const Color& c) {
+  return Color(std::max(0.0f, 3.2409699f * c.x - 1.5373832f * c.y - 0.4986108f * c.z),
+               std::max(0.0f, -0.9692436f * c.x + 1.8759675f * c.y + 0.0415551f * c.z),
+               std::max(0.0f, 0.0556301f * c.x - 0.2039770f * c.y + 1.0569715f * c.z));
+}
+
+// --- Nishita
+// -------------------------------------------------------------------------------------------------------------
+
+// The atmosphere as Blender models it, so that skies agree; every 20 nm from 380 to 780.
+constexpr int k_wavelengths = 21;
+constexpr float k_wavelength_step = 20.0f;
+constexpr float k_irradiance[k_wavelengths] = {  // of the sun above the atmosphere, W/(m² nm)
+    1.457568f, 1.565963f, 1.651485f, 1.714962f, 1.757980f, 1.782564f, 1.790951f,
+    1.785415f, 1.768156f, 1.741221f, 1.706471f, 1.665561f, 1.619934f, 1.570836f,
+    1.519323f, 1.466285f, 1.412459f, 1.358450f, 1.304749f, 1.251750f, 1.199760f};
+constexpr float k_rayleigh[k_wavelengths] = {  // scattering at sea level, 1/m
+    5.424820e-5f, 4.418550e-5f, 3.635152e-5f, 3.017929e-5f, 2.526320e-5f, 2.130859e-5f, 1.809838e-5f,
+    1.547057e-5f, 1.330285e-5f, 1.150185e-5f, 9.995574e-6f, 8.728000e-6f, 7.655137e-6f, 6.742172e-6f,
+    5.961341e-6f, 5.290346e-6f, 4.711157e-6f, 4.209105e-6f, 3.772184e-6f, 3.390513e-6f, 3.055915e-6f};
+constexpr float k_ozone[k_wavelengths] = {  // absorption in the densest layer, 1/m
+    3.251268e-9f, 5.853954e-9f, 1.977191e-8f, 7.309569e-8f, 2.008456e-7f, 4.038396e-7f, 6.355134e-7f,
+    9.670704e-7f, 1.547974e-6f, 2.090386e-6f, 2.461281e-6f, 2.735513e-6f, 2.151259e-6f, 1.590518e-6f,
+    1.123562e-6f, 7.352755e-7f, 4.645013e-7f, 3.309608e-7f, 2.251261e-7f, 1.487913e-7f, 1.682862e-7f};
+constexpr float k_observer[k_wavelengths][3] = {  // CIE 1931
+    {0.001368f, 0.000039f, 0.006450f}, {0.014310f, 0.000396f, 0.067850f}, {0.134380f, 0.004000f, 0.645600f},
+    {0.348280f, 0.023000f, 1.747060f}, {0.290800f, 0.060000f, 1.669200f}, {0.095640f, 0.139020f, 0.812950f},
+    {0.004900f, 0.323000f, 0.272000f}, {0.063270f, 0.710000f, 0.078250f}, {0.290400f, 0.954000f, 0.020300f},
+    {0.594500f, 0.995000f, 0.003900f}, {0.916300f, 0.870000f, 0.001650f}, {1.062200f, 0.631000f, 0.000800f},
+    {0.854450f, 0.381000f, 0.000190f}, {0.447900f, 0.175000f, 0.000020f}, {0.164900f, 0.061000f, 0.0f},
+    {0.046770f, 0.017000f, 0.0f},      {0.011359f, 0.004102f, 0.0f},      {0.002899f, 0.001047f, 0.0f},
+    {0.000690f, 0.000249f, 0.0f},      {0.000166f, 0.000060f, 0.0f},      {0.000042f, 0.000015f, 0.0f}};
+constexpr float k_mie = 2e-5f, k_mie_extinction = 1.11f * k_mie;  // 1/m
+constexpr float k_anisotropy = 0.76f;
+constexpr float k_earth_radius = 6360e3f, k_top_radius = 6420e3f;
+constexpr float k_rayleigh_height = 8e3f, k_mie_height = 1.2e3f;
+constexpr int k_view_steps = 32, k_sun_steps = 16;
+
+// Layout of a table: what follows, then rows of XYZ.
+enum Header { h_elevation, h_rotation, h_angle, h_intensity, h_bottom, h_top = h_bottom + 3, h_size = h_top + 3 };
+constexpr int k_columns = 512, k_rows = 128;
+
+// Densities of air, dust and ozone relative to their coefficients.
+Vec3 densities(float height) {
+  float ozone = 0.0f;
+  if (height >= 10e3f && height < 25e3f) ozone = (height - 10e3f) / 15e3f;
+  if (height >= 25e3f && height < 40e3f) ozone = (40e3f - height) / 15e3f;
+  return {std::exp(-height / k_rayleigh_height), std::exp(-height / k_mie_height), ozone};
+}
+
+// In double: a few metres of height against the Earth's radius.
+double distance_to_sphere(const Vec3d& p, const Vec3d& d, double radius) {
+  const double b = p ^ d;
+  return -b + std::sqrt(std::max(0.0, b * b - (p ^ p) + radius * radius));
+}
+
+Vec3 optical_depth(const Vec3d& from, const Vec3d& d) {
+  const double step = distance_to_sphere(from, d, k_top_radius) / k_sun_steps;
+  Vec3 sum(0.0f);
+  for (int i = 0; i < k_sun_steps; ++i)
+    sum += densities(static_cast<float>((from + d * ((i + 0.5) * step)).length() - k_earth_radius));
+  return sum * static_cast<float>(step);
+}
+
+bool earth_hides(const Vec3d& p, const Vec3d& d) {
+  if (d.z >= 0.0) return false;
+  const double b = p ^ d;
+  return b * b - (p ^ p) + static_cast<double>(k_earth_radius) * k_earth_radius >= 0.0;
+}
+
+Color xyz_of(const float* spectrum) {
+  Color sum(0.0f);
+  for (int i = 0; i < k_wavelengths; ++i)
+    sum += Color(k_observer[i][0], k_observer[i][1], k_observer[i][2]) * (spectrum[i] * k_wavelength_step);
+  return sum;
+}
+
+// Sunlight scattered once towards the eye along d.
+Color scattered(const NishitaSky& sky, const Vec3d& eye, const Vec3d& d, const Vec3d& sun) {
+  const double step = distance_to_sphere(eye, d, k_top_radius) / k_view_steps;
+  const Vec3 scale(sky.air_density, sky.dust_density, sky.ozone_density);
+  const float mu = static_cast<float>(d ^ sun), g2 = k_anisotropy * k_anisotropy;
+  const float phase_air = 3.0f / (16.0f * k_pi) * (1.0f + mu * mu);
+  const float phase_dust = 3.0f * (1.0f - g2) * (1.0f + mu * mu) /
+                           (8.0f * k_pi * (2.0f + g2) * std::pow(1.0f + g2 - 2.0f * k_anisotropy * mu, 1.5f));
+  float spectrum[k_wavelengths] = {};
+  Vec3 depth(0.0f);
+  for (int i = 0; i < k_view_steps; ++i) {
+    const Vec3d p = eye + d * ((i + 0.5) * step);
+    const Vec3 density = scale * densities(static_cast<float>(p.length() - k_earth_radius));
+    depth += density * static_cast<float>(step);
+    if (earth_hides(p, sun)) continue;
+    const Vec3 total = depth + scale * optical_depth(p, sun);
+    for (int w = 0; w < k_wavelengths; ++w) {
+      const float extinction = total.x * k_rayleigh[w] + total.y * k_mie_extinction + total.z * k_ozone[w];
+      const float scattering = density.x * k_rayleigh[w] * phase_air + density.y * k_mie * phase_dust;
+      spectrum[w] += std::exp(-extinction) * scattering * k_irradiance[w] * static_cast<float>(step);
+    }
+  }
+  return xyz_of(spectrum);
+}
+
+// Radiance of the sun's disc at an elevation.
+Color disc(const NishitaSky& sky, const Vec3d& eye, float elevation) {
+  const float e = std::max(elevation, 0.0f);
+  const Vec3 depth = optical_depth(eye, {std::cos(e), 0.0, std::sin(e)});
+  const float solid_angle = 2.0f * k_pi * (1.0f - std::cos(0.5f * sky.sun_angle_rad));
+  float spectrum[k_wavelengths];
+  for (int w = 0; w < k_wavelengths; ++w)
+    spectrum[w] =
+        k_irradiance[w] / std::max(solid_angle, 1e-12f) *
+        std::exp(-(k_rayleigh[w] * depth.x * sky.air_density + k_mie_extinction * depth.y * sky.dust_density));
+  return xyz_of(spectrum);
+}
+
+Color nishita_pixel(const std::vector<float>& table, int x, int y) {
+  const float* p =
+      table.data() + h_size +
+      3 * (static_cast<size_t>(std::clamp(y, 0, k_rows - 1)) * k_columns + std::clamp(x, 0, k_columns - 1));
+  return Color(p[0], p[1], p[2]);
+}
+
+// Bilinear, extended beyond the edges; u, v in [0, 1].
+Color nishita_lookup(const std::vector<float>& table, float u, float v) {
+  const float x = u * k_columns - 0.5f, y = v * k_rows - 0.5f;
+  const float x0 = std::floor(x), y0 = std::floor(y);
+  const int i = static_cast<int>(x0), j = static_cast<int>(y0);
+  return lerp(lerp(nishita_pixel(table, i, j), nishita_pixel(table, i + 1, j), x - x0),
+              lerp(nishita_pixel(table, i, j + 1), nishita_pixel(table, i + 1, j + 1), x - x0), y - y0);
+}
+
+Color nishita_radiance(const std::vector<float>& table, const Vec3& d) {
+  const float elevation = table[h_elevation], angle = table[h_angle];
+  const float view_elevation = std::asin(std::clamp(d.z, -1.0f, 1.0f));
+  if (d.z >= 0.0f && angle > 0.0f) {
+    const Vec3 sun = sun_direction(elevation, table[h_rotation]);
+    const float half = 0.5f * angle;
+    const float from_centre = std::atan2(length(cross(d, sun)), dot(d, sun));
+    if (from_centre < half && elevation + half > 0.0f) {
+      const Color bottom(table[h_bottom], table[h_bottom + 1], table[h_bottom + 2]);
+      const Color top(table[h_top], table[h_top + 1], table[h_top + 2]);
+      const float t =
+          elevation - half > 0.0f ? (view_elevation - elevation) / angle + 0.5f : view_elevation / (elevation + half);
+      const float limb = 1.0f - 0.6f * (1.0f - safe_sqrt(1.0f - sqr(from_centre / half)));
+      return rgb_from_xyz(lerp(bottom, top, t) * (table[h_intensity] * limb));
+    }
+  }
+  // The rotation is stored as the node has it; the table has the sun in its middle column
+  float u = (std::atan2(d.x, d.y) + k_pi - table[h_rotation]) / (2.0f * k_pi);
+  u -= std::floor(u);
+  if (d.z >= 0.0f) return rgb_from_xyz(nishita_lookup(table, u, safe_sqrt(view_elevation / (0.5f * k_pi))));
+  if (d.z < -0.4f) return Color(0.0f);
+  const float fade = 1.0f + d.z * 2.5f;
+  return rgb_from_xyz(nishita_lookup(table, u, 0.0f) * (fade * fade * fade));
+}
+
 }  // namespace
+
+Vec3 sun_direction(float elevation, float rotation) {
+  return {std::cos(elevation) * std::sin(rotation), std::cos(elevation) * std::cos(rotation), std::sin(elevation)};
+}
+
+std::vector<float> make_nishita_sky(const NishitaSky& sky) {
+  std::vector<float> table(h_size + static_cast<size_t>(3) * k_columns * k_rows);
+  const Vec3d eye(0.0, 0.0, k_earth_radius + static_cast<double>(std::clamp(sky.altitude_m, 1.0f, 59999.0f)));
+  table[h_elevation] = sky.sun_elevation_rad;
+  table[h_rotation] = sky.sun_rotation_rad;
+  table[h_angle] = sky.sun_disc ? sky.sun_angle_rad : -1.0f;
+  table[h_intensity] = sky.sun_intensity;
+  const Color bottom = disc(sky, eye, sky.sun_elevation_rad - 0.5f * sky.sun_angle_rad);
+  const Color top = disc(sky, eye, sky.sun_elevation_rad + 0.5f * sky.sun_angle_rad);
+  for (int k = 0; k < 3; ++k) table[h_bottom + k] = bottom[k], table[h_top + k] = top[k];
+  const Vec3d sun(std::cos(sky.sun_elevation_rad), 0.0, std::sin(sky.sun_elevation_rad));
+  tbb::parallel_for(0, k_rows, [&](int row) {
+    // More rows towards the horizon
+    const double latitude = (0.5 * std::numbers::pi + 0.25 * std::numbers::pi / k_rows) * row / k_rows * row / k_rows;
+    for (int column = 0; column < k_columns / 2; ++column) {
+      const double longitude = 2.0 * std::numbers::pi * column / k_columns - std::numbers::pi;
+      const Vec3d d(std::cos(latitude) * std::cos(longitude), std::cos(latitude) * std::sin(longitude),
+                    std::sin(latitude));
+      const Color xyz = scattered(sky, eye, d, sun);
+      for (const int x : {column, k_columns - 1 - column})
+        for (int k = 0; k < 3; ++k) table[h_size + 3 * (static_cast<size_t>(row) * k_columns + x) + k] = xyz[k];
+    }
+  });
+  return table;
+}
 
 std::vector<float> make_preetham_sky(const Vec3& sun_direction, float turbidity) {
   // 15 coefficients, 3 factors, the sun's direction
-  std::vector<float> table(21);
+  std::vector<float> table(k_preetham_floats);
   const Vec3 sun = length_squared(sun_direction) > 0.0f ? normalize(sun_direction) : Vec3(0, 0, 1);
   const float t = std::clamp(turbidity, 1.0f, 10.0f), theta = std::acos(std::clamp(sun.z, -1.0f, 1.0f));
   for (int k = 0; k < 3; ++k)
@@ -56,6 +246,7 @@ std::vector<float> make_preetham_sky(const Vec3& sun_direction, float turbidity)
 
 Color sky_radiance(const std::vector<float>& table, const Vec3& d_in) {
   const Vec3 d = normalize(d_in);
+  if (table.size() > k_preetham_floats) return nishita_radiance(table, d);
   const Vec3 sun(table[18], table[19], table[20]);
   const float gamma = std::acos(std::clamp(dot(d, sun), -1.0f, 1.0f));
   const float cos_theta = std::max(d.z, 0.001f);
@@ -63,10 +254,7 @@ Color sky_radiance(const std::vector<float>& table, const Vec3& d_in) {
   for (int k = 0; k < 3; ++k) value[k] = table[15 + k] * perez(table.data() + 5 * k, cos_theta, gamma);
   const float luminance_y = value[0], x = value[1], y = value[2];
   if (!(y > 0.0f)) return Color(0.0f);
-  const float xyz_x = x / y * luminance_y, xyz_z = (1.0f - x - y) / y * luminance_y;
-  return Color(std::max(0.0f, 3.2409699f * xyz_x - 1.5373832f * luminance_y - 0.4986108f * xyz_z),
-               std::max(0.0f, -0.9692436f * xyz_x + 1.8759675f * luminance_y + 0.0415551f * xyz_z),
-               std::max(0.0f, 0.0556301f * xyz_x - 0.2039770f * luminance_y + 1.0569715f * xyz_z));
+  return rgb_from_xyz(Color(x / y * luminance_y, luminance_y, (1.0f - x - y) / y * luminance_y));
 }
 
 }  // namespace lambent

@@ -24,7 +24,14 @@ ShaderGraph graph_of(const nlohmann::json& nodes) {
       else
         node.inputs[name] = value.get<float>();
     }
-    for (const auto& [name, value] : described["properties"].items()) node.properties[name] = value.get<std::string>();
+    for (const auto& [name, value] : described["properties"].items()) {
+      if (value.is_string())
+        node.properties[name] = value.get<std::string>();
+      else if (value.is_array())
+        node.properties[name] = value.get<std::vector<float>>();
+      else
+        node.properties[name] = value.get<float>();
+    }
     if (node.type == "BsdfPrincipled") node.properties["generation"] = 1.0f;
     graph.nodes.push_back(std::move(node));
   }

@@ -189,6 +189,17 @@ def cases():
             ("bright", [("BrightContrast", {"Color": red(0.3), "Bright": 0.1, "Contrast": 0.3}, {})], "Color")):
         values.append(("value " + name,
                        nodes + [("Emission", {"Color": ("link", len(nodes) - 1, socket)}, {})]))
+    nishita = {"sky_type": "NISHITA", "sun_elevation": 0.6, "sun_rotation": 0.5, "altitude": 300.0, "dust_density": 2.0}
+    for name, at, properties in (
+            ("up", (0.2, 0.3, 0.8), nishita), ("horizon", (0.7, -0.6, 0.05), nishita),
+            ("below", (0.5, 0.5, -0.1), nishita),
+            ("sun", (math.cos(0.601) * math.sin(0.5), math.cos(0.601) * math.cos(0.5), math.sin(0.601)), nishita),
+            ("zenith sun", (0.6, 0.1, 0.6), {"sky_type": "NISHITA", "sun_elevation": math.pi / 2, "altitude": 0.0}),
+            ("preetham", (0.2, 0.3, 0.8), {"sky_type": "PREETHAM", "sun_direction": (0.3, 0.2, 0.933), "turbidity": 3.0})):
+        values.append(("value sky " + name,
+                       [("CombineXYZ", {"X": at[0], "Y": at[1], "Z": at[2]}, {}),
+                        ("TexSky", {"Vector": ("link", 0, "Vector")}, properties),
+                        ("Emission", {"Color": ("link", 1, "Color")}, {})]))
     return principled + simple + mixed + values
 
 

@@ -145,9 +145,11 @@ TEST(Film, settings_that_make_no_sense_are_errors) {
   settings = small_settings();
   settings.channels = {};
   EXPECT_TRUE(refused(settings));
+#ifndef __SANITIZE_ADDRESS__  // which aborts instead of throwing
   settings = {};
   settings.width = settings.height = 2000000;  // 128 TB
   EXPECT_TRUE(refused(settings));
+#endif
 }
 
 TEST(Film, estimates_that_are_not_finite_or_negative_add_nothing_and_are_recorded_for_replay) {

@@ -21,7 +21,7 @@ struct FilmSettings {
   int tile_size_px = 64;
   TileOrder tile_order = TileOrder::hilbert;
   std::vector<Channel> channels{{"combined", 4}};  ///< the first is the picture: premultiplied RGBA
-  bool allow_negative = false;  ///< lights of negative power: a sample may rightly be below 0
+  bool allow_negative = false;                     ///< lights of negative power: a sample may rightly be below 0
   bool second_moments = false;                     ///< needed by stop_converged() and standard_error()
 };
 
@@ -79,8 +79,9 @@ class Film {
   static constexpr size_t k_recorded = 16;
 
   /// Adaptive sampling (noise_threshold). To be called between passes, when active pixels have `samples` samples, at
-  /// sample counts that do not depend on threads or tiles. Pixels whose neighbourhood is quieter than `threshold`
-  /// become inactive for good. Returns how many stay active. Error measure: see adaptive.h. Requires second_moments.
+  /// the counts that is_adaptive_check() names, so that an interrupted and continued render decides the same. Pixels
+  /// whose neighbourhood is quieter than `threshold` become inactive for good. Returns how many stay active. Does
+  /// nothing if some active pixel has more than `samples`. Error measure: see adaptive.h. Requires second_moments.
   size_t stop_converged(float threshold, int64_t samples);
   bool active(int x, int y) const;
   bool tile_active(int index) const;

@@ -33,6 +33,14 @@ size_t Film::stop_converged(float threshold, int64_t samples) {
   const int width = settings_.region.width, height = settings_.region.height;
   const auto index = [&](int x, int y) { return size_t(y) * size_t(width) + size_t(x); };
 
+  // In a render that was interrupted in the pass after this check and continued, the check was made already, and on
+  // other sums than there are now.
+  size_t active_count = 0;
+  bool made = false;
+  for (size_t i = 0; i < s.counts.size(); ++i)
+    if (!s.stopped[i]) ++active_count, made |= s.counts[i] > samples;
+  if (made) return active_count;
+
   // Squared noise, summed over a window in x, then in y. Every window is summed afresh in the same order.
   std::vector<float> squared(s.counts.size()), rows(s.counts.size());
   for (size_t i = 0; i < squared.size(); ++i) {
@@ -46,7 +54,6 @@ size_t Film::stop_converged(float threshold, int64_t samples) {
       for (int i = std::max(x - r, 0); i <= std::min(x + r, width - 1); ++i) sum += squared[index(i, y)];
       rows[index(x, y)] = sum;
     }
-  size_t active_count = 0;
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
       const size_t i = index(x, y);
@@ -56,10 +63,10 @@ size_t Film::stop_converged(float threshold, int64_t samples) {
       float sum = 0.0f;
       for (int j = y0; j <= y1; ++j) sum += rows[index(x, j)];
       const bool quiet = sum < threshold * threshold * static_cast<float>(neighbours);
-      if (quiet && s.counts[i] >= samples)
+      if (quiet && s.counts[i] >= samples) {
         s.stopped[i] = 1;
-      else
-        ++active_count;
+        --active_count;
+      }
     }
   return active_count;
 }

@@ -145,9 +145,11 @@ TEST(Film, settings_that_make_no_sense_are_errors) {
   settings = small_settings();
   settings.channels = {};
   EXPECT_TRUE(refused(settings));
+#ifndef __SANITIZE_ADDRESS__  // which aborts instead of throwing
   settings = {};
   settings.width = settings.height = 2000000;  // 128 TB
   EXPECT_TRUE(refused(settings));
+#endif
 }
 
 TEST(Film, estimates_that_are_not_finite_or_negative_add_nothing_and_are_recorded_for_replay) {
@@ -378,6 +380,39 @@ TEST(Adaptive, decisions_do_not_depend_on_tiles) {
   for (int y = 0; y < 32; ++y)
     for (int x = 0; x < 64; ++x) EXPECT_EQ(a->sample_count(x, y), b->sample_count(x, y));
   EXPECT_EQ(a->pixels(), b->pixels());
+}
+
+TEST(Adaptive, render_interrupted_within_a_pass_continues_bit_identically) {
+  // About the noise of a pixel with 64 samples: half of them are about to stop.
+  const float threshold = 0.168f;
+  const auto whole = half_noisy(16), interrupted = half_noisy(16);
+  for (const auto& film : {whole, interrupted}) {
+    render_half_noisy(*film, 0, 64);
+    film->stop_converged(threshold, 64);
+  }
+  for (int n = 64; n < 80; ++n) {  // part of one tile gets its next pass, then the render ends
+    TileWriter writer(*interrupted, interrupted->tiles().tile_at(40, 8));
+    for (int x = 35; x < 45; ++x)
+      if (interrupted->active(x, 8)) writer.add(x, 8, Vec4(4.0f * noise(x, 8, n, 0) + 0.2f));
+  }
+  size_t undecided = 0;
+  for (int x = 33; x < 47; ++x) undecided += interrupted->active(x, 8);
+  EXPECT_GT(undecided, 3u);
+  interrupted->stop_converged(threshold, interrupted->min_sample_count());  // what a continuing session does
+  for (const auto& film : {whole, interrupted}) {
+    for (int i = 0; i < film->tiles().count(); ++i) {
+      TileWriter writer(*film, i);
+      const Rectangle r = writer.rectangle();
+      for (int y = r.y; y < r.y + r.height; ++y)
+        for (int x = r.x; x < r.x + r.width; ++x)
+          for (int64_t n = film->sample_count(x, y); n < 80 && film->active(x, y); ++n)
+            writer.add(x, y, Vec4((x < 32 ? 0.01f : 4.0f) * noise(x, y, n, 0) + 0.2f));
+    }
+    film->stop_converged(threshold, 80);
+  }
+  for (int y = 0; y < 32; ++y)
+    for (int x = 0; x < 64; ++x) EXPECT_EQ(whole->active(x, y), interrupted->active(x, y));
+  EXPECT_EQ(whole->pixels(), interrupted->pixels());
 }
 
 TEST(Adaptive, stopped_pixels_stay_stopped_after_a_checkpoint) {

@@ -22,9 +22,7 @@ Vec3 absolute_vector(const Transform& t, const Vec3& v) {
 /// Distance, in units of the roundoff, by which Embree's robust intersection of a triangle may be off for rays that
 /// start on it. Its vertices are taken relative to the origin, so errors scale with the triangle's extents E, not with
 /// its coordinates: n·E from the dot product, and ExEyEz / 2A from the cross product that is its normal.
-float intersection_error(const Triangle& p, const Vec3& n, float twice_area) {
-  Vec3 extent;
-  for (int i = 0; i < 3; ++i) extent[i] = std::max({p[0][i], p[1][i], p[2][i]}) - std::min({p[0][i], p[1][i], p[2][i]});
+float intersection_error(const Vec3& extent, const Vec3& n, float twice_area) {
   const float largest = max_component(extent);
   // Slivers: beyond an aspect of 32 the bound would visibly detach shadows; such triangles are hardly ever hit.
   const float normal_error = std::min(extent.x * extent.y / twice_area * extent.z, 32.0f * largest);
@@ -35,7 +33,6 @@ float intersection_error(const Triangle& p, const Vec3& n, float twice_area) {
 /// be behind the neighbouring wall. `inset`: that distance over the smallest height.
 void keep_inside(double& u, double& v, double inset) {
   double w = 1.0 - u - v;
-  if (w >= inset && u >= inset && v >= inset) return;
   inset = std::min(inset, 1.0 / 3.0);
   u = std::max(u, inset);
   v = std::max(v, inset);
@@ -114,32 +111,32 @@ SurfaceHit Geometry::surface(uint32_t index, uint32_t primitive, const Vec2& bar
 
   // In double: exact differences and products of floats, so that slivers have the right normal and only the final
   // rounding counts.
-  const Vec3d p0(p[0]), e1 = Vec3d(p[1]) - p0, e2 = Vec3d(p[2]) - p0, e3 = e2 - e1;
+  const Vec3d p0(p[0]), e1 = Vec3d(p[1]) - p0, e2 = Vec3d(p[2]) - p0;
   const Vec3d cross_product = e1.cross(e2);
   const double twice_area = std::sqrt(cross_product.dot(cross_product));
-  const Vec3 n = twice_area > 0.0 ? Vec3(cross_product / twice_area) : Vec3(0, 0, 1);
+  const Vec3 n = twice_area > 0.0 ? Vec3(cross_product * (1.0 / twice_area)) : Vec3(0, 0, 1);
 
-  const Vec3 largest_vertex = [&] {
-    Vec3 result;
-    for (int i = 0; i < 3; ++i) result[i] = std::max({std::fabs(p[0][i]), std::fabs(p[1][i]), std::fabs(p[2][i])});
-    return result;
-  }();
-  const double longest_edge = std::sqrt(std::max({e1.dot(e1), e2.dot(e2), e3.dot(e3)}));
-  // Across edges: rounding of the point (in the space it is intersected in) and of the test against the neighbour.
-  Vec3 across = largest_vertex;
-  Vec3 world_magnitude;  // of everything added up between world and object space
-  if (!flattened) {
-    const Vec3 p_world_magnitude = absolute_vector(to_world, largest_vertex) + abs(to_world.origin()) * 2.0f;
-    world_magnitude = p_world_magnitude;
-    across += absolute_vector(instance.object_from_world, p_world_magnitude) * instance.inverse_error;
+  Vec3 largest_vertex, extent;
+  for (int i = 0; i < 3; ++i) {
+    const float least = std::min({p[0][i], p[1][i], p[2][i]}), most = std::max({p[0][i], p[1][i], p[2][i]});
+    largest_vertex[i] = std::max(-least, most);
+    extent[i] = most - least;
   }
+  // Magnitudes of what is added up on the way from the world to object space: they bound rounding there.
+  Vec3 object_magnitude = largest_vertex;
+  if (!flattened) {
+    const Vec3 world_magnitude = absolute_vector(to_world, largest_vertex) + abs(to_world.origin()) * 2.0f;
+    object_magnitude += absolute_vector(instance.object_from_world, world_magnitude) * instance.inverse_error;
+  }
+  // Distance to keep from the edges: rounding of the point and of the test against the neighbour.
+  const float size = extent.x + extent.y + extent.z;  // at least the longest edge
+  const double inset = double(k_roundoff) * (4.0f * max_component(object_magnitude) + 8.0f * size);
   double u = barycentric.x, v = barycentric.y;
-  const double inset =
-      k_roundoff * (4.0 * max_component(across) + 8.0 * longest_edge) * longest_edge / std::max(twice_area, 1e-300);
-  keep_inside(u, v, inset);
+  if (std::min({u, v, 1.0 - u - v}) * twice_area < inset * size)
+    keep_inside(u, v, inset * size / std::max(twice_area, 1e-300));
   const Vec3d position = p0 + e1 * u + e2 * v;
 
-  float error = intersection_error(p, n, static_cast<float>(twice_area));
+  float error = intersection_error(extent, n, static_cast<float>(twice_area));
   if (flattened) {
     point.p_world = Vec3(position);
     point.ng_world = instance.mirrored ? -n : n;
@@ -157,9 +154,7 @@ SurfaceHit Geometry::surface(uint32_t index, uint32_t primitive, const Vec2& bar
     point.dpdv_world = to_world.vector(Vec3(e2));
     // Embree takes the origin to object space with an inverse of its own: errors of (|M⁻¹|(|p| + |t|) + |p_object|)
     // brought back to the world by |M|.
-    const Vec3 object_magnitude = absolute_vector(instance.object_from_world, world_magnitude) + largest_vertex;
-    const Vec3 world_error =
-        absolute_vector(to_world, object_magnitude) * (4.0f * instance.inverse_error) + abs(point.p_world) * 2.0f;
+    const Vec3 world_error = absolute_vector(to_world, object_magnitude) * 4.0f + abs(point.p_world) * 2.0f;
     error = error / stretch + dot(abs(point.ng_world), world_error);
   }
   error += max_component(abs(point.p_world));

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "engine/film/adaptive.h"
+
 namespace lambent {
 
 namespace {
@@ -11,9 +13,6 @@ int64_t next_target(int64_t samples, int64_t limit) {
   const int64_t next = samples < 1 ? 1 : samples < 16 ? 2 * samples : (samples / 16 + 1) * 16;
   return limit > 0 ? std::min(next, limit) : next;
 }
-
-/// Adaptive sampling looks at a pixel only once it has this many samples.
-constexpr int64_t k_min_adaptive_samples = 16;
 
 }  // namespace
 
@@ -33,8 +32,7 @@ Render::Render(WorkerPool& pool, std::shared_ptr<Film> film, std::unique_ptr<Int
 double Render::elapsed_s() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
 
 void Render::begin_next_pass() {
-  if (goal_.noise_threshold > 0.0f && target_ >= k_min_adaptive_samples &&
-      film_->stop_converged(goal_.noise_threshold, target_) == 0)
+  if (is_adaptive_check(goal_.noise_threshold, target_) && film_->stop_converged(goal_.noise_threshold, target_) == 0)
     exhausted_ = true;
   const int64_t next = next_target(target_, goal_.samples);
   if (next <= target_ || tile_busy_.empty()) exhausted_ = true;

@@ -3,6 +3,7 @@
 
 """What differs between Blender 3.4 and 5.2. The rest of the add-on asks here and never looks at a version number."""
 
+import math
 import os
 
 import bpy
@@ -111,6 +112,16 @@ def light_color(light):
     if getattr(light, "use_temperature", False):
         return [a * b for a, b in zip(color, light.temperature_color)]
     return list(color)
+
+
+def light_energy(light):
+    """A light's energy in the wire's unit, that of Blender 3: an area light's radiance is energy / (4 area).
+
+    Since 4.0 Blender's is energy / (pi area); it multiplies the energy of area lights in older files by pi/4.
+    """
+    if light.type == "AREA" and bpy.app.version >= (4, 0, 0):
+        return light.energy * 4.0 / math.pi
+    return light.energy
 
 
 def light_shadows(light):

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 Lambent contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 
-"""Lights, in Blender's own units."""
+"""Lights, in the units of Blender 3."""
 
 from . import compat, material
 
@@ -19,7 +19,7 @@ def export_light(edits, light, light_group):
         "name": identifier,
         "type": light.type.lower(),
         "color": compat.light_color(light),
-        "energy": light.energy,
+        "energy": compat.light_energy(light),
         "exposure": getattr(light, "exposure", 0.0),
         "normalize": getattr(light, "normalize", True),
         "shadows": compat.light_shadows(light),

@@ -89,6 +89,7 @@ Bsdf& Bsdf::operator=(const Bsdf& other) {
   if (this == &other) return *this;
   count_ = other.count_;
   has_non_delta_ = other.has_non_delta_;
+  least_share_ = other.least_share_;
   ng_world_ = other.ng_world_;
   ns_world_ = other.ns_world_;
   transparency_ = other.transparency_;
@@ -100,6 +101,7 @@ Bsdf& Bsdf::operator=(const Bsdf& other) {
 void Bsdf::begin(const ShadingPoint& point) {
   count_ = 0;
   has_non_delta_ = false;
+  least_share_ = 0.0f;
   ng_world_ = point.ng_world;
   ns_world_ = point.ns_world;
   transparency_ = emission_ = Color(0.0f);
@@ -172,16 +174,28 @@ void Bsdf::add_emission(const Color& radiance) {
   if (is_finite(radiance)) emission_ += radiance;
 }
 
+float Bsdf::fill_shares(const Vec3& wi_world, float* shares) const {
+  if (count_ == 1) return shares[0] = 1.0f;
+  float total = 0.0f;
+  for (int i = 0; i < count_; ++i) total += shares[i] = selection(lobes_[i], dot(lobes_[i].n, wi_world));
+  if (least_share_ == 0.0f) return total;
+  // As Cycles' defensive sampling; a lobe that gives nothing keeps nothing.
+  const float least = least_share_ * total;
+  total = 0.0f;
+  for (int i = 0; i < count_; ++i) total += shares[i] = shares[i] > 0.0f ? std::max(shares[i], least) : 0.0f;
+  return total;
+}
+
 BsdfEval Bsdf::eval(const Vec3& wi_world, const Vec3& wo_world, Transport transport, ReversePdf reverse_pdf) const {
   BsdfEval result;
   if (!has_non_delta_) return result;
   const bool reverse = reverse_pdf == ReversePdf::yes;
-  float selected = 0.0f, selected_reverse = 0.0f;
+  float shares[k_max_lobes];
+  const float selected = fill_shares(wi_world, shares);
+  float selected_reverse = 0.0f;
   for (int i = 0; i < count_; ++i) {
     const Lobe& lobe = lobes_[i];
-    const float share = count_ > 1 ? selection(lobe, dot(lobe.n, wi_world)) : 1.0f;
     const float share_reverse = count_ > 1 && reverse ? selection(lobe, dot(lobe.n, wo_world)) : 1.0f;
-    selected += share;
     selected_reverse += share_reverse;
     if (is_delta(lobe)) continue;
     const Term term = eval_term(lobe, ng_world_, ns_world_, wi_world, wo_world, transport, reverse);
@@ -190,7 +204,7 @@ BsdfEval Bsdf::eval(const Vec3& wi_world, const Vec3& wo_world, Transport transp
       result.diffuse_f_cos += term.f_cos;
     else if (lobe.kind != LobeKind::reflection && dot(lobe.n, wo_world) < 0.0f)
       result.transmission_f_cos += term.f_cos;
-    result.pdf_solid_angle += share * term.pdf;
+    result.pdf_solid_angle += shares[i] * term.pdf;
     result.pdf_reverse_solid_angle += share_reverse * term.pdf_reverse;
   }
   const float factor = adjoint(ng_world_, wi_world, wo_world, transport);
@@ -210,13 +224,8 @@ BsdfSample Bsdf::sample(const Vec3& wi_world, float u_lobe, const Vec2& u, Trans
   BsdfSample result;
   if (count_ == 0) return result;
   float shares[k_max_lobes];
-  float total = 0.0f;
-  if (count_ == 1) {
-    shares[0] = total = 1.0f;
-  } else {
-    for (int i = 0; i < count_; ++i) total += shares[i] = selection(lobes_[i], dot(lobes_[i].n, wi_world));
-    if (!(total > 0.0f)) return result;
-  }
+  const float total = fill_shares(wi_world, shares);
+  if (!(total > 0.0f)) return result;
   int picked = 0;
   float threshold = u_lobe * total;
   while (picked + 1 < count_ && threshold >= shares[picked]) threshold -= shares[picked++];

@@ -32,6 +32,11 @@ class Bsdf {
   void add_sanitized(const Lobe& lobe);
   void add_emission(const Color& radiance);
 
+  /// Gives each lobe at least this share of the samples (before normalising; 0 after begin()), however little of the
+  /// albedo it has: a mirror over glass that reflects a lamp is dim in the mean and bright where it counts. Holds for
+  /// sampling from wi and its pdf; reverse pdfs are those without.
+  void set_least_share(float share) { least_share_ = share; }
+
   /// All non-delta lobes for one pair of unit world directions; zero for pairs that no lobe connects.
   BsdfEval eval(const Vec3& wi_world, const Vec3& wo_world, Transport transport,
                 ReversePdf reverse = ReversePdf::yes) const;
@@ -61,11 +66,15 @@ class Bsdf {
   std::span<const Lobe> lobes() const { return {lobes_, static_cast<size_t>(count_)}; }
 
  private:
+  /// Fills shares[count_] with what each lobe gets of the samples seen from wi, and returns their sum.
+  float fill_shares(const Vec3& wi_world, float* shares) const;
+
   union {  // suppresses construction of the array
     Lobe lobes_[k_max_lobes];
   };
   int count_ = 0;
   bool has_non_delta_ = false;
+  float least_share_ = 0.0f;
   Vec3 ng_world_{0, 0, 1}, ns_world_{0, 0, 1};
   Color transparency_{0.0f}, emission_{0.0f};
 };

@@ -30,8 +30,10 @@ std::vector<Lobe> mixture() {
 
 // In (theta, phi), where narrow lobes around the poles are wide enough for the cells' integration. Refraction has poles
 // near the critical angle, which need many steps.
-ChiSquareResult test_density(const std::vector<Lobe>& lobes, const Vec3& wi, Transport transport, int steps) {
-  const Bsdf bsdf = plane_bsdf(lobes, wi);
+ChiSquareResult test_density(const std::vector<Lobe>& lobes, const Vec3& wi, Transport transport, int steps,
+                             float least_share = 0.0f) {
+  Bsdf bsdf = plane_bsdf(lobes, wi);
+  bsdf.set_least_share(least_share);
   RandomStream choice(7);
   return chi_square_test_2d(
       {0.0f, -k_pi}, {k_pi, k_pi},
@@ -79,6 +81,38 @@ TEST(Sampler, a_mixture_is_sampled_with_its_density_from_both_sides_and_in_both_
         EXPECT_GT(result.p_value, significance)
             << angle << " side " << side << ", integral " << result.total_probability;
       }
+}
+
+TEST(Sampler, a_mixture_with_a_least_share_is_sampled_with_its_density) {
+  const double significance = sidak_significance(3);
+  for (const float angle : {0.1f, 0.7f, 1.3f}) {
+    const ChiSquareResult result = test_density(mixture(), direction(angle, 0.3f), Transport::radiance, 96, 0.25f);
+    EXPECT_GT(result.p_value, significance) << angle << ", integral " << result.total_probability;
+  }
+}
+
+TEST(Sampler, a_dim_mirror_gets_its_least_share_and_keeps_its_light) {
+  Lobe mirror = make_lobe(LobeKind::reflection, 0.0f, 0.0f);
+  mirror.weight = Color(0.01f);
+  Lobe clear = make_lobe(LobeKind::transparent);
+  clear.weight = Color(0.99f);
+  const Vec3 wi = direction(0.7f, 0.3f);
+  Bsdf bsdf = plane_bsdf({mirror, clear}, wi);
+  bsdf.set_least_share(0.125f);
+  const float prob_mirror = 0.125f / (0.125f + 0.99f);
+  double reflected = 0.0;
+  int count = 0;
+  constexpr int k_samples = 1 << 14;
+  for (int i = 0; i < k_samples; ++i) {
+    const BsdfSample sample = bsdf.sample(wi, (i + 0.5f) / k_samples, Vec2(0.5f), Transport::radiance, ReversePdf::no);
+    ASSERT_NE(sample.event, k_scatter_none);
+    if (sample.event & k_scatter_transparent) continue;
+    EXPECT_NEAR(sample.pdf_solid_angle, prob_mirror, 1e-5f);
+    reflected += sample.weight.x;
+    ++count;
+  }
+  EXPECT_NEAR(count, k_samples * prob_mirror, 1.5);
+  EXPECT_NEAR(reflected / k_samples, 0.01, 1e-5);
 }
 
 TEST(Sampler, microfacet_normals_follow_their_density_at_small_alpha) {

@@ -7,6 +7,9 @@ namespace lambent::path_tracer {
 
 namespace {
 
+/// Of the samples at what the camera sees directly, for each lobe (Cycles: defensive sampling, the same share).
+constexpr float k_least_share = 0.125f;
+
 /// Whether some lobe sends light through the surface: then lights on both sides matter.
 bool transmits(const Bsdf& bsdf) {
   for (const Lobe& lobe : bsdf.lobes())
@@ -178,6 +181,8 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
       scattered.event = k_scatter_transparent | k_scatter_delta;
     } else {
       program.evaluate(point, scene_.textures(), bsdf);
+      // What the camera sees directly: no lobe may be so rare that it shows as dots.
+      if (event_index == 0) bsdf.set_least_share(k_least_share);
       if (program.traits().emits) add_surface_emission(hit, binding, ray.direction, distance, bsdf.emission());
       if (bsdf.empty()) break;
       const Vec3 receiver_normal = transmits(bsdf) ? Vec3(0.0f) : point.ng_world;

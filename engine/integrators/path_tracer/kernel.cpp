@@ -52,15 +52,12 @@ void Kernel<profile>::add_lamps(const Ray& ray, float t_end) {
   // Lamps that face their receiver turn to the last scattering vertex, from which distances are counted too.
   const Vec3 origin = distance_before_ > 0.0f && last_.pdf_solid_angle > 0.0f ? last_.p_world : ray.origin;
   const float before = origin == ray.origin ? 0.0f : distance_before_;
-  float t = before + ray.t_min;
-  for (int count = 0; count < 64; ++count) {
-    const LightHit hit = lights.intersect(origin, ray.direction, t, before + t_end, bounces_.ray_kind);
-    if (!hit) return;
-    t = hit.distance_m;
-    if (bounces_.total > hit.traits->max_bounces) continue;
-    const float weight = emission_weight(hit.light, ray.direction, hit.distance_m, hit.uv, *hit.traits);
-    if (weight > 0.0f) add(throughput_ * scene_.light_radiance(hit, path_counts()) * weight, bounces_.total > 1);
-  }
+  lights.for_each_lamp(
+      origin, ray.direction, before + ray.t_min, before + t_end, bounces_.ray_kind, [&](const LightHit& hit) {
+        if (bounces_.total > hit.traits->max_bounces) return;
+        const float weight = emission_weight(hit.light, ray.direction, hit.distance_m, hit.uv, *hit.traits);
+        if (weight > 0.0f) add(throughput_ * scene_.light_radiance(hit, path_counts()) * weight, bounces_.total > 1);
+      });
 }
 
 template <KernelProfile profile>

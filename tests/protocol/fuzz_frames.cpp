@@ -197,7 +197,7 @@ void decode_directly(const std::string& bytes, const description::ArrayResolver&
   if (!header) return;
   auto memory =
       std::make_shared<std::vector<std::byte>>(rest.size() > head.header_bytes ? rest.size() - head.header_bytes : 0);
-  std::memcpy(memory->data(), rest.data() + (rest.size() - memory->size()), memory->size());
+  if (!memory->empty()) std::memcpy(memory->data(), rest.data() + (rest.size() - memory->size()), memory->size());
   static_cast<void>(decode_arrays(*header, {memory, *memory}));
   Report report;
   if (auto transaction = description::decode_transaction(*header, arrays, report)) {

@@ -166,6 +166,10 @@ std::optional<Transaction> decode_transaction(const Json& message, const ArrayRe
   bool good = true;
   transaction.edits.reserve(edits->size());
   for (const Json& json : *edits) {
+    if (limits.abandoned && limits.abandoned->load(std::memory_order_relaxed)) {
+      report.error("abandoned", {}, "The transaction was abandoned: its client is gone.");
+      return std::nullopt;
+    }
     std::optional<Edit> edit = decode_edit(json, arrays, report, limits, transaction.edits.size());
     good = good && edit.has_value();
     transaction.edits.push_back(edit ? std::move(*edit) : Edit(Clear{}));

@@ -2,6 +2,7 @@
 // validator: the wire and saved scenes both pass here.
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <optional>
 #include <string>
@@ -18,7 +19,8 @@ namespace lambent::description {
 using ArrayResolver = std::function<ArrayPointer(const std::string& hash)>;
 
 struct DecodeLimits {
-  int64_t pixels = int64_t(1) << 28;  ///< width x height of the full frame
+  int64_t pixels = int64_t(1) << 28;             ///< width x height of the full frame
+  const std::atomic<bool>* abandoned = nullptr;  ///< if set and true, decoding stops early with an error
 };
 
 /// The transaction in a message {"epoch", "edits"}. Checks types, ranges, counts, references to arrays and that numbers

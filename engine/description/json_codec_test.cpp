@@ -158,6 +158,15 @@ TEST(JsonCodec, anything_that_is_not_a_transaction_is_refused_without_an_excepti
   }
 }
 
+TEST(JsonCodec, decoding_stops_when_it_is_abandoned) {
+  std::atomic<bool> abandoned{true};
+  DecodeLimits limits;
+  limits.abandoned = &abandoned;
+  EXPECT_THAT(findings({{"op", "clear"}}, k_no_arrays, limits), HasSubstr("abandoned"));
+  abandoned = false;
+  EXPECT_EQ(findings({{"op", "clear"}}, k_no_arrays, limits), "accepted");
+}
+
 TEST(Apply, edits_work_in_order_and_unchanged_values_keep_their_pointers) {
   SceneDescription scene;
   apply(full_transaction(), scene);

@@ -152,7 +152,7 @@ void SessionRunner::handle(const protocol::Transaction& message) {
   Report report;
   const auto resolve = [this](const std::string& hash) { return arrays_.find(hash); };
   std::optional<description::Transaction> transaction =
-      description::decode_transaction(message.header, resolve, report, {limits_.pixels});
+      description::decode_transaction(message.header, resolve, report, {limits_.pixels, &retired_});
   if (!transaction) {
     const auto epoch = message.header.find("epoch");
     const bool known = epoch != message.header.end() && epoch->is_number_integer();

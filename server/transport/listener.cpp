@@ -150,7 +150,7 @@ Result<std::unique_ptr<Listener>> Listener::at_path(EventLoop& loop, const std::
   const int bind_error = errno;
   ::umask(old_mask);
   if (!bound) return failure("'" + path + "'", std::strerror(bind_error));
-  if (::listen(socket.number(), 128) != 0) return failure("'" + path + "'", std::strerror(errno));
+  if (::listen(socket.number(), SOMAXCONN) != 0) return failure("'" + path + "'", std::strerror(errno));
 
   auto state = std::make_shared<State>(loop, AF_UNIX, socket.release());
   state->accept = std::move(accept);
@@ -178,7 +178,7 @@ Result<std::unique_ptr<Listener>> Listener::at_address(EventLoop& loop, const st
   acceptor.open(endpoint.protocol(), error);
   if (!error) acceptor.set_option(asio::socket_base::reuse_address(true), error);
   if (!error) acceptor.bind(endpoint, error);
-  if (!error) acceptor.listen(128, error);
+  if (!error) acceptor.listen(SOMAXCONN, error);
   if (!error) acceptor.non_blocking(true, error);
   if (error) return failure(where, error.message());
   const asio::ip::tcp::endpoint local = acceptor.local_endpoint();

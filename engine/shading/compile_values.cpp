@@ -1,4 +1,5 @@
 // Definitions of the nodes with values: inputs, colours, arithmetic, vectors. Textures: compile_textures.cpp.
+// Long because it is one table: a few lines a node.
 #include <algorithm>
 
 #include "engine/shading/compile_textures.h"

@@ -64,9 +64,11 @@ TEST(Cycles, materials_return_what_cycles_measured) {
   int compared = 0;
   for (const auto& measured : reference["measurements"]) {
     Report report;
-    const auto program = compile_material(graph_of(measured["nodes"]), "measured", {}, report);
+    const bool is_world = measured.contains("world");
+    const auto program = is_world ? compile_world(graph_of(measured["nodes"]), "measured", {}, report)
+                                  : compile_material(graph_of(measured["nodes"]), "measured", {}, report);
     const std::string name = measured["name"];
-    const bool is_value = name.starts_with("value ");
+    const bool is_value = is_world || name.starts_with("value ");
     // Known differences, each for a reason:
     // - Cycles 3.4 walks random paths in the microsurface where Lambent scales single scattering. Through its
     // multiscatter
@@ -113,6 +115,8 @@ TEST(Cycles, materials_return_what_cycles_measured) {
       const float theirs = measured["value"][k].get<float>(), noise = measured["error"][k].get<float>();
       float tolerance = 0.005f * theirs + 2e-4f + 4.0f * std::hypot(error, noise);
       if (multiscatter) tolerance += 0.2f * theirs + 0.003f;
+      // Nishita's sky is 0.1 to 1% brighter than Cycles', sun and ground 2.5%: the cause is not known
+      if (is_world) tolerance += 0.03f * theirs;
       if (name.starts_with("value blackbody")) tolerance += 0.01f * theirs;  // Cycles' fit against Planck's law
       if (clearcoat && measured["wo"].is_null()) tolerance += 0.04f;
       // - It gives a sun behind facets that neither direction sees the value of the mirrored facet.

@@ -11,6 +11,7 @@ constexpr int k_bounces = 150000;  // per configuration; about 1.4e7 in the whol
 
 struct Walk {
   int escapes = 0, self_hits = 0;
+  float largest_error = 0.0f;  ///< m
 };
 
 /// Uniform and grazing directions alternate. Directions closer to the surface than rounding of a unit vector can tell
@@ -35,6 +36,7 @@ Walk walk_inside(const Geometry& geometry, const Vec3& centre, uint64_t seed) {
     walk.self_hits += hit.instance == previous.instance && hit.primitive == previous.primitive;
     previous = hit;
     const SurfaceHit point = geometry.surface(hit);
+    walk.largest_error = std::max(walk.largest_error, point.p_error);
     const Vec3 inwards = dot(point.ng_world, ray.direction) < 0.0f ? point.ng_world : -point.ng_world;
     Vec3 direction = random.direction();
     if (dot(direction, inwards) < 0.0f) direction = -direction;
@@ -103,7 +105,7 @@ INSTANTIATE_TEST_SUITE_P(Shapes, ClosedShape, testing::Values(0, 3, 5), [](const
   return shape.param == 0 ? std::string("box") : "icosphere_" + std::to_string(shape.param);
 });
 
-TEST(Bounce, room_of_separate_instances_keeps_rays_inside) {
+TEST(Bounce, room_of_overlapping_instances_loses_no_more_rays_than_rounding_at_the_edges_explains) {
   // Six instances of one square, as walls are modelled with duplicated planes. They overlap a little at the edges.
   Shape square;
   for (const Vec3& p : {Vec3(-1, -1, 0), Vec3(1, -1, 0), Vec3(1, 1, 0), Vec3(-1, 1, 0)}) square.add(p * 1.001f);
@@ -122,8 +124,13 @@ TEST(Bounce, room_of_separate_instances_keeps_rays_inside) {
     const auto geometry = builder.build({make_object(make_mesh(square), walls)}, {}, CancelFlag(), report);
     ASSERT_TRUE(geometry) << geometry.error();
     const Walk walk = walk_inside(**geometry, outer.origin(), 7);
-    EXPECT_EQ(walk.escapes, 0) << scale;
     EXPECT_EQ(walk.self_hits, 0) << scale;
+    // Where walls pass through each other no edge of a triangle tells that the room ends: points within the error of
+    // that line may lie behind the other wall. Such strips along the 12 edges of length 2, on both walls, are this
+    // share of the area 6·4; the number of hits in them is Poisson distributed.
+    const double share = 12.0 * 2.0 * 2.0 * double(walk.largest_error / scale) / 24.0, expected = k_bounces * share;
+    EXPECT_LE(walk.escapes, expected + 4.0 * std::sqrt(expected)) << scale;
+    EXPECT_LT(share, 2e-4) << scale;
   }
 }
 

@@ -4,6 +4,7 @@
 """F12, animations, background renders and material previews: one view layer of one frame from depsgraph to pixels."""
 
 import time
+import traceback
 
 import bpy
 import numpy as np
@@ -47,8 +48,6 @@ def render(engine, depsgraph, changes):
     except ConnectionLost as error:
         _fail(engine, sessions.describe_lost(error))
     except Exception as error:  # Blender would save the frame as if it were good (see README).
-        import traceback
-
         traceback.print_exc()
         _fail(engine, f"rendering failed by a fault of the add-on: {error!r}")
     return False
@@ -116,7 +115,8 @@ class _LayerRender:
         except (Interrupted, Stopped):
             self._session.state.forget()
             return False
-        except DaemonError:
+        except Exception:
+            # Whether the daemon got it is uncertain.
             self._session.state.forget()
             raise
         finally:

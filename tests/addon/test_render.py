@@ -77,6 +77,43 @@ render(animation=True)
     assert moved == [1, 2, 3]
 
 
+def test_with_persistent_data_only_changed_meshes_are_looked_at(run_blender):
+    run = run_blender(
+        """
+import os
+from lambent.sync import mesh
+original, exported = mesh.export_mesh, []
+def counted(edits, identifier, *others):
+    exported.append(identifier)
+    original(edits, identifier, *others)
+mesh.export_mesh = counted
+quad('still'); moving = quad('moving'); morphing = quad('morphing'); bending = quad('bending')
+moving.location.x = 1; moving.keyframe_insert('location', frame=1)
+moving.location.x = 3; moving.keyframe_insert('location', frame=3)
+morphing.shape_key_add(name='Basis')
+key = morphing.shape_key_add(name='wide'); key.data[0].co.x = -5
+for frame in (1, 3): key.value = (frame - 1) / 2; key.keyframe_insert('value', frame=frame)
+cast = bending.modifiers.new('cast', 'CAST'); cast.object = moving
+scene.render.use_persistent_data = True
+scene.frame_start, scene.frame_end = 1, 3
+scene.render.filepath = os.path.join(os.environ['LAMBENT_TEST_DIR'], 'f')
+render(animation=True)
+print('EXPORTED', *sorted(exported))
+"""
+    )
+    assert run.code == 0 and len(run.of_type("render_start")) == 3
+    counts = run.output.split("EXPORTED ")[1].splitlines()[0].split()
+    assert counts.count("mesh:still") == 1 and counts.count("mesh:moving") == 1
+    assert counts.count("object:morphing") == 3 and counts.count("object:bending") == 3
+    first_corner = [
+        run.array(edit["value"]["positions"])[0, 0]
+        for edits in run.transactions
+        for edit in edits
+        if edit["id"] == "object:morphing" and edit["op"] == "upsert"
+    ]
+    assert first_corner == [0, -2.5, -5]
+
+
 def test_a_second_render_of_the_same_scene_sends_nothing_but_the_start(run_blender):
     run = run_blender("quad()\nrender()\nrender()\n")
     assert len(run.transactions) == 1 and len(run.of_type("render_start")) == 2

@@ -7,6 +7,7 @@ import weakref
 
 import bpy
 
+from ..sync.changes import GeometryChanges
 from . import final, viewport
 
 
@@ -23,10 +24,22 @@ class LambentRenderEngine(bpy.types.RenderEngine):
 
     # Set on the class and not in __init__, whose signature differs between versions.
     _viewport = None
+    _changes = None
+
+    def update(self, data, depsgraph):
+        """Blender calls this before each render."""
+        if self._changes is None:
+            self._changes = GeometryChanges()
+        self._changes.add(depsgraph)
 
     def render(self, depsgraph):
         """Blender calls this for each view layer of each frame."""
-        final.render(self, depsgraph)
+        # Engine and depsgraph live on only with persistent data, and only for a single layer is it the same depsgraph.
+        scene = depsgraph.scene
+        persistent = scene.render.use_persistent_data and sum(layer.use for layer in scene.view_layers) == 1
+        changes = self._changes if persistent and self._changes is not None else GeometryChanges()
+        if final.render(self, depsgraph, changes):
+            changes.sent()
 
     def view_update(self, context, depsgraph):
         """Blender calls this when something changed that a rendered viewport shows."""

@@ -4,6 +4,7 @@
 """F12, animations, background renders and material previews: one view layer of one frame from depsgraph to pixels."""
 
 import time
+import traceback
 
 import bpy
 import numpy as np
@@ -35,19 +36,21 @@ class RenderFailed(Exception):
     """The picture cannot be finished. The text is complete and fit for a user."""
 
 
-def render(engine, depsgraph):
-    """Renders one view layer into engine's result. Failures become an ERROR report, which is what makes Blender fail."""
+def render(engine, depsgraph, changes):
+    """Renders one view layer into engine's result. Failures become an ERROR report, which is what makes Blender fail.
+
+    changes: sync.changes.GeometryChanges since the last render of the scene that returned True.
+    """
     try:
-        _render(engine, depsgraph)
+        return _render(engine, depsgraph, changes)
     except (NothingToRender, RenderFailed, DaemonUnavailable, DaemonError) as error:
         _fail(engine, str(error))
     except ConnectionLost as error:
         _fail(engine, sessions.describe_lost(error))
     except Exception as error:  # Blender would save the frame as if it were good (see README).
-        import traceback
-
         traceback.print_exc()
         _fail(engine, f"rendering failed by a fault of the add-on: {error!r}")
+    return False
 
 
 def _fail(engine, text):
@@ -58,13 +61,16 @@ def _fail(engine, text):
         engine.report({"ERROR"}, f"Lambent: {text}")
 
 
-def _render(engine, depsgraph):
+def _render(engine, depsgraph, changes):
     session = sessions.acquire("preview" if engine.is_preview else ("final", depsgraph.scene.name_full))
     try:
         for index, view_name in enumerate(_view_names(engine, depsgraph.scene)):
             if engine.test_break():
-                return
-            _LayerRender(engine, depsgraph, session, view_name).run(first=index == 0)
+                return False
+            layer = _LayerRender(engine, depsgraph, session, view_name, changes.keeps(session.state))
+            if not layer.run(first=index == 0):
+                return False
+        return True
     finally:
         sessions.release(session)
 
@@ -79,12 +85,13 @@ def _view_names(engine, scene):
 class _LayerRender:
     """One view of one layer of one frame."""
 
-    def __init__(self, engine, depsgraph, session, view_name):
+    def __init__(self, engine, depsgraph, session, view_name, keep_mesh):
         self._engine = engine
         self._depsgraph = depsgraph
         self._session = session
         self._client = session.client
         self._view_name = view_name
+        self._keep_mesh = keep_mesh
         self._scene = depsgraph.scene_eval
         self._layer_name = depsgraph.view_layer.name
         self._width, self._height = engine.resolution_x, engine.resolution_y
@@ -96,7 +103,10 @@ class _LayerRender:
         self._progress = {}
 
     def run(self, first):
-        """Exports, renders and receives until done or cancelled; what is done by then stays in the result."""
+        """Exports, renders and receives until done or cancelled; what is done by then stays in the result.
+
+        Returns whether the daemon has the scene as it is.
+        """
         engine = self._engine
         engine.update_stats("", f"{self._scene.name}, {self._layer_name} | Exporting Scene")
         epoch = self._session.next_epoch()
@@ -104,8 +114,9 @@ class _LayerRender:
             self._send_scene(epoch)
         except (Interrupted, Stopped):
             self._session.state.forget()
-            return
-        except DaemonError:
+            return False
+        except Exception:
+            # Whether the daemon got it is uncertain.
             self._session.state.forget()
             raise
         finally:
@@ -120,10 +131,11 @@ class _LayerRender:
             writer.finish()
             self._store_messages(False)
             self._report_messages()
+        return True
 
     def _send_scene(self, epoch):
         stop = self._engine.test_break
-        edits = export_scene(self._depsgraph, self._session.state, self._view(), stop)
+        edits = export_scene(self._depsgraph, self._session.state, self._view(), stop, self._keep_mesh)
         self._messages += edits.messages
         # View layers take turns in the session, so each keeps the data of the others.
         layers = sum(layer.use for layer in self._depsgraph.scene.view_layers)

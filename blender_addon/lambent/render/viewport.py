@@ -12,12 +12,11 @@ import threading
 import time
 import weakref
 
-import bpy
 import gpu
 import numpy as np
 from gpu_extras.presets import draw_texture_2d
 
-from ..sync import material
+from ..sync.changes import GeometryChanges
 from ..sync.scene import View, export_scene, export_view
 from ..sync.view_camera import view_camera
 from ..wire.client import DaemonError, Stopped
@@ -57,37 +56,31 @@ class ViewportRender:
         self._failed_at = None
         self._texture = None
         self._view = None
-        self._attribute_names = None
+        self._changes = GeometryChanges()
         _open.add(self)
 
     def update(self, engine, context, depsgraph):
         """Something changed: exports the difference and starts over."""
         if not self._connect():
             return
-        objects, data = _changed_geometry(depsgraph)
-        names = material.attribute_names(bpy.data.materials)
-        state, keep_any = self._session.state, names == self._attribute_names
-        self._attribute_names = names
-
-        def keep_mesh(identifier, original, mesh):
-            if not keep_any or not state.knows("mesh", identifier) or original.name_full in objects:
-                return False
-            return mesh is None or mesh.name_full not in data
-
+        self._changes.add(depsgraph)
+        state = self._session.state
         self._view = self._current_view(context, depsgraph)
         try:
-            edits = export_scene(depsgraph, state, self._view, lambda: False, keep_mesh)
+            edits = export_scene(depsgraph, state, self._view, lambda: False, self._changes.keeps(state))
         except Exception as error:  # A fault of the add-on must not come up at each redraw.
             self._fail(f"the scene could not be exported: {error!r}")
             return
+        self._changes.sent()
         report.store(depsgraph.scene.name, edits.messages)
         self._submit(edits)
 
     def draw(self, engine, context, depsgraph):
         """Draws the newest picture; starts over where the view moved or changed its size."""
-        if self._session is None and self._failed_at is not None and time.monotonic() - self._failed_at > _RETRY_SECONDS:
+        works = self._session is not None and self._session.client.usable
+        if not works and self._failed_at is not None and time.monotonic() - self._failed_at > _RETRY_SECONDS:
             self.update(engine, context, depsgraph)
-        if self._session is not None and self._view is not None:
+        elif works and self._view is not None:
             view = self._current_view(context, depsgraph)
             if view != self._view:
                 self._view = view
@@ -132,7 +125,7 @@ class ViewportRender:
             self._fail(str(error))
             return False
         self._failed_at = None
-        self._attribute_names = None
+        self._changes = GeometryChanges()
         self._jobs = queue.SimpleQueue()
         self._worker = threading.Thread(
             target=self._work, args=(self._session, self._jobs), name="lambent-viewport", daemon=True
@@ -242,12 +235,3 @@ class ViewportRender:
 
 
 _NO_JOB = object()
-
-
-def _changed_geometry(depsgraph):
-    """(names of objects, names of their data) whose geometry changed since the last update."""
-    objects, data = set(), set()
-    for update in depsgraph.updates:
-        if update.is_updated_geometry:
-            (objects if isinstance(update.id, bpy.types.Object) else data).add(update.id.original.name_full)
-    return objects, data

@@ -61,7 +61,7 @@ Status Film::save(const std::string& path, const std::string& identity) const {
   const auto failed = [&](const std::string& why) {
     return Error{fmt::format("The checkpoint '{}' cannot be written: {}.", path, why)};
   };
-  std::string temporary = path + ".XXXXXX";
+  std::string temporary = path + "." + std::string(6, 'X');
   const int descriptor = mkstemp(temporary.data());
   if (descriptor < 0) return failed(std::strerror(errno));
   File file(fdopen(descriptor, "wb"));

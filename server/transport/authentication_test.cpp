@@ -16,7 +16,7 @@ using testing::HasSubstr;
 class TokenFile : public testing::Test {
  protected:
   TokenFile() {
-    std::string name = (std::filesystem::temp_directory_path() / "lambent_token_XXXXXX").string();
+    std::string name = (std::filesystem::temp_directory_path() / ("lambent_token_" + std::string(6, 'X'))).string();
     EXPECT_TRUE(::mkdtemp(name.data()));
     folder_ = name;
     path_ = folder_ / "inner" / "token";

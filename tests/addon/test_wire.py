@@ -141,6 +141,8 @@ def test_arrays_travel_once_and_large_ones_in_batches(daemon, monkeypatch):
         made[messages.array_hash(array)] = array
     assert client.send_arrays(dict(made), never) == 2000
     assert client.send_arrays(dict(made), never) == 0
+    # Arrays are not answered: a question that is, behind them on the same stream, tells that they arrived.
+    client.ask({"type": "arrays_query", "hashes": []}, "arrays_missing", never)
     client.close()
     import pickle
 

@@ -5,6 +5,7 @@
 The programs are looked for in $LAMBENT_BUILD_DIR/bin (default: build/release); a test skips where one is absent.
 """
 
+import itertools
 import os
 import pathlib
 import signal
@@ -24,6 +25,9 @@ from wire import client as wire_client  # noqa: E402
 from wire import connection as wire_connection  # noqa: E402
 
 
+_process_numbers = itertools.count()
+
+
 class Daemon:
     """A daemon process in a folder of its own; `arguments` come after --socket and --token-file."""
 
@@ -36,7 +40,8 @@ class Daemon:
         self.token_path = self.folder / "token"
         self.log_path = self.folder / "log"
         command = [str(self.program), "--socket", self.socket_path, "--token-file", str(self.token_path)]
-        self.stderr = open(self.folder / "stderr", "w+b")
+        # A file for each process, opened to append: the daemon writes at its end wherever errors() has read.
+        self.stderr = open(self.folder / f"stderr-{next(_process_numbers)}", "a+b")
         self.process = subprocess.Popen(
             [*command, "--log-file", str(self.log_path), *arguments],
             stdout=subprocess.PIPE,

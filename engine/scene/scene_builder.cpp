@@ -26,22 +26,6 @@ void forget_unused(Cache<Source, Made>& cache, const description::Table<Source>&
   std::erase_if(cache, [&](const auto& entry) { return !used.count(entry.first); });
 }
 
-/// Calls visit(image id) for each image that a graph names.
-template <typename Visit>
-void for_each_image(const description::Graph& graph, Visit&& visit) {
-  for (const description::Node& node : graph.nodes) {
-    const auto found = node.properties.find("image");
-    if (found == node.properties.end()) continue;
-    if (const auto* id = std::get_if<std::string>(&found->second)) visit(*id);
-  }
-}
-
-bool uses_images(const description::Graph& graph) {
-  bool any = false;
-  for_each_image(graph, [&](const std::string&) { any = true; });
-  return any;
-}
-
 /// How far the world is moved so that coordinates are small: nothing unless the scene is far from the origin compared
 /// with its size, where float positions would lose what the picture shows.
 Vec3d choose_origin_shift(const Bounds3& bounds) {
@@ -122,8 +106,7 @@ std::shared_ptr<const Program> SceneBuilder::State::material(Build& build, const
   return entry->second.made;
 }
 
-std::shared_ptr<const TriangleMesh> SceneBuilder::State::mesh(Build& build,
-                                                              const std::shared_ptr<const description::Mesh>& source) {
+std::shared_ptr<const TriangleMesh> SceneBuilder::State::mesh(const std::shared_ptr<const description::Mesh>& source) {
   const auto found = meshes.find(source.get());
   if (found == meshes.end()) return nullptr;
   return found->second.made;
@@ -157,7 +140,7 @@ void SceneBuilder::State::place_objects(Build& build) {
   for (const auto& [id, object] : description.objects) {
     const auto found = description.meshes.find(object->mesh);
     Bounds3 box(Vec3(0.0f));
-    if (found != description.meshes.end()) box = mesh(build, found->second)->bounds_object();
+    if (found != description.meshes.end()) box = mesh(found->second)->bounds_object();
     if (box.isEmpty()) continue;
     for (const Transform& transform : instance_transforms(*object, Vec3d(0.0)))
       if (transform.is_finite()) bounds.extendBy(transform.bounds(box));
@@ -174,7 +157,7 @@ void SceneBuilder::State::place_objects(Build& build) {
                          "Object '" + object->name + "' uses mesh '" + object->mesh + "', which does not exist");
       continue;
     }
-    std::shared_ptr<const TriangleMesh> shape = mesh(build, found->second);
+    std::shared_ptr<const TriangleMesh> shape = mesh(found->second);
     if (shape->empty() || !object->transforms) continue;
     GeometryObject& placed = build.geometry_objects.emplace_back();
     placed.name = object->name;

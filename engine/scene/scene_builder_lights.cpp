@@ -8,16 +8,6 @@
 
 namespace lambent {
 
-namespace {
-
-bool uses_images(const description::Graph& graph) {
-  for (const description::Node& node : graph.nodes)
-    if (node.properties.count("image")) return true;
-  return false;
-}
-
-}  // namespace
-
 void SceneBuilder::State::add_lamps(Build& build, LightSetBuilder& set) {
   const SceneDescription& description = build.description;
   for (const auto& [id, object] : description.objects) {

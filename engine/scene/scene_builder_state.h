@@ -24,6 +24,22 @@ struct Cached {
 template <typename Source, typename Made>
 using Cache = std::unordered_map<const Source*, Cached<Source, Made>>;
 
+/// Calls visit(image id) for each image that a graph names.
+template <typename Visit>
+void for_each_image(const description::Graph& graph, Visit&& visit) {
+  for (const description::Node& node : graph.nodes) {
+    const auto found = node.properties.find("image");
+    if (found == node.properties.end()) continue;
+    if (const auto* id = std::get_if<std::string>(&found->second)) visit(*id);
+  }
+}
+
+inline bool uses_images(const description::Graph& graph) {
+  bool any = false;
+  for_each_image(graph, [&](const std::string&) { any = true; });
+  return any;
+}
+
 struct SceneBuilder::State {
   SceneBuilderOptions options;
   std::shared_ptr<TextureSystem> textures;
@@ -53,7 +69,7 @@ struct SceneBuilder::State {
   void load_images(Build& build);
   TextureHandle image(Build& build, const std::string& id);
   std::shared_ptr<const Program> material(Build& build, const std::string& id, const std::string& object);
-  std::shared_ptr<const TriangleMesh> mesh(Build& build, const std::shared_ptr<const description::Mesh>& source);
+  std::shared_ptr<const TriangleMesh> mesh(const std::shared_ptr<const description::Mesh>& source);
   bool collect_meshes(Build& build);
   void place_objects(Build& build);
   uint32_t bind_materials(Build& build, const description::Object& object, const TriangleMesh& mesh);

@@ -5,6 +5,7 @@
 #include <future>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 #include "engine/base/cancel.h"
 #include "engine/base/log.h"
@@ -86,6 +87,7 @@ std::string render_identity(const description::Settings& settings) {
 struct Run {
   int64_t epoch = 0;
   description::SceneDescription scene;
+  double update_s = 0.0;  ///< what the transactions before it took to apply
   CancelFlag cancel;
   Clock::time_point start = Clock::now();
 
@@ -104,6 +106,7 @@ struct Session::State {
   SceneBuilder builder;  ///< used by one build at a time: the one in `building`, if that is valid
   std::future<void> building;
   std::string checkpoint_to_load;
+  double update_s = 0.0;  ///< since the last start()
 
   mutable std::mutex mutex;
   std::condition_variable idle;
@@ -202,6 +205,7 @@ RenderOutcome Session::State::render(const std::shared_ptr<Run>& run_pointer) {
   Run& of = *run_pointer;
   const description::Settings& settings = *of.scene.settings;
   RenderOutcome outcome;
+  outcome.statistics.update_s = of.update_s;
   const auto fail = [&](std::string message) {
     outcome.status = of.cancel.cancelled() ? RenderStatus::cancelled : RenderStatus::failed;
     if (outcome.status == RenderStatus::failed) outcome.message = std::move(message);
@@ -278,7 +282,9 @@ Session::Session(std::shared_ptr<Engine> engine, SessionEvents events)
 Session::~Session() { state_->stop_and_wait(); }
 
 void Session::apply(description::Transaction transaction) {
+  const Clock::time_point start = Clock::now();
   description::apply(std::move(transaction), state_->description);
+  state_->update_s += seconds_since(start);
 }
 
 const description::SceneDescription& Session::scene() const { return state_->description; }
@@ -288,6 +294,7 @@ void Session::start(int64_t epoch) {
   auto run = std::make_shared<Run>();
   run->epoch = epoch;
   run->scene = state_->description;
+  run->update_s = std::exchange(state_->update_s, 0.0);
   {
     const std::lock_guard lock(state_->mutex);
     state_->run = run;

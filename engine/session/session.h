@@ -119,7 +119,6 @@ class Session {
 struct EngineOptions {
   int threads = 0;  ///< 0: all cores
   size_t texture_cache_bytes = size_t(1) << 30;
-  std::string temporary_folder;  ///< for embedded images; empty: the system's
 };
 
 /// Shared by all sessions of a process: worker threads, which serve running sessions' tiles in turn, and the texture

@@ -30,8 +30,6 @@ enum ScatterEvent : uint8_t {
 /// Value of all non-delta lobes for a pair of directions.
 struct BsdfEval {
   Color f_cos{0.0f};                     ///< f(wi, wo) · |wo·ns|, all lobes
-  Color diffuse_f_cos{0.0f};             ///< the part of f_cos from diffuse lobes (light passes)
-  Color transmission_f_cos{0.0f};        ///< the part from transmitting lobes other than diffuse
   float pdf_solid_angle = 0.0f;          ///< of sampling wo given wi
   float pdf_reverse_solid_angle = 0.0f;  ///< of sampling wi given wo, the walk reversed
 };

@@ -200,19 +200,10 @@ BsdfEval Bsdf::eval(const Vec3& wi_world, const Vec3& wo_world, Transport transp
     if (is_delta(lobe)) continue;
     const Term term = eval_term(lobe, ng_world_, ns_world_, wi_world, wo_world, transport, reverse);
     result.f_cos += term.f_cos;
-    if (is_diffuse(lobe.kind))
-      result.diffuse_f_cos += term.f_cos;
-    else if (lobe.kind != LobeKind::reflection && dot(lobe.n, wo_world) < 0.0f)
-      result.transmission_f_cos += term.f_cos;
     result.pdf_solid_angle += shares[i] * term.pdf;
     result.pdf_reverse_solid_angle += share_reverse * term.pdf_reverse;
   }
-  const float factor = adjoint(ng_world_, wi_world, wo_world, transport);
-  if (factor != 1.0f) {
-    result.f_cos *= factor;
-    result.diffuse_f_cos *= factor;
-    result.transmission_f_cos *= factor;
-  }
+  if (transport == Transport::importance) result.f_cos *= adjoint(ng_world_, wi_world, wo_world, transport);
   result.pdf_solid_angle = selected > 0.0f ? result.pdf_solid_angle / selected : 0.0f;
   result.pdf_reverse_solid_angle =
       reverse && selected_reverse > 0.0f ? result.pdf_reverse_solid_angle / selected_reverse : 0.0f;
@@ -278,29 +269,6 @@ Color Bsdf::albedo(const Vec3& wi_world) const {
   Color sum(0.0f);
   for (int i = 0; i < count_; ++i) sum += lobes_[i].weight * lobe_albedo(lobes_[i], dot(lobes_[i].n, wi_world));
   return sum;
-}
-
-Bsdf::Albedos Bsdf::albedos(const Vec3& wi_world) const {
-  Albedos sums;
-  for (int i = 0; i < count_; ++i) {
-    const Lobe& lobe = lobes_[i];
-    const Color albedo = lobe.weight * lobe_albedo(lobe, dot(lobe.n, wi_world));
-    if (is_diffuse(lobe.kind))
-      sums.diffuse += albedo;
-    else if (lobe.kind == LobeKind::reflection)
-      sums.glossy += albedo;
-    else if (lobe.kind != LobeKind::transparent)
-      sums.transmission += albedo;
-  }
-  return sums;
-}
-
-Vec3 Bsdf::mean_normal() const {
-  Vec3 sum(0.0f);
-  for (int i = 0; i < count_; ++i)
-    if (lobes_[i].kind != LobeKind::transparent) sum += lobes_[i].n * average(lobes_[i].weight);
-  const Vec3 n = normalize(sum);
-  return length_squared(n) > 0.0f ? n : ns_world_;
 }
 
 }  // namespace lambent

@@ -55,13 +55,6 @@ class Bsdf {
   Color emission() const { return emission_; }
   /// Estimate of the directional albedo towards wi, transparency included: for roulette and passes.
   Color albedo(const Vec3& wi_world) const;
-  /// The part of albedo() that diffuse, glossy and transmitting lobes make (Blender's Color passes).
-  struct Albedos {
-    Color diffuse{0.0f}, glossy{0.0f}, transmission{0.0f};
-  };
-  Albedos albedos(const Vec3& wi_world) const;
-  /// Weighted mean of the lobes' normals, for the denoiser's and Normal passes; ns if there is no lobe.
-  Vec3 mean_normal() const;
 
   std::span<const Lobe> lobes() const { return {lobes_, static_cast<size_t>(count_)}; }
 

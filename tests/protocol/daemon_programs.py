@@ -118,29 +118,26 @@ def folder():
         yield name
 
 
-@pytest.fixture(params=["lambentd_stand_in", "lambentd"])
-def daemon(request, folder):
-    """Either program, ended in order after the test."""
-    started = Daemon(request.param, folder)
+def _served(program, folder):
+    """A running daemon, ended in order after the test."""
+    started = Daemon(program, folder)
     yield started
     if started.process.poll() is None:
         assert started.stop() == 0
     started.stderr.close()
+
+
+@pytest.fixture(params=["lambentd_stand_in", "lambentd"])
+def daemon(request, folder):
+    """Either program."""
+    yield from _served(request.param, folder)
 
 
 @pytest.fixture
 def stand_in(folder):
-    started = Daemon("lambentd_stand_in", folder)
-    yield started
-    if started.process.poll() is None:
-        assert started.stop() == 0
-    started.stderr.close()
+    yield from _served("lambentd_stand_in", folder)
 
 
 @pytest.fixture
 def real(folder):
-    started = Daemon("lambentd", folder)
-    yield started
-    if started.process.poll() is None:
-        assert started.stop() == 0
-    started.stderr.close()
+    yield from _served("lambentd", folder)

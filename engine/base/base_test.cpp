@@ -3,6 +3,7 @@
 #include "engine/base/frame.h"
 #include "engine/base/report.h"
 #include "engine/base/transform.h"
+#include "engine/base/trig.h"
 
 namespace lambent {
 namespace {
@@ -63,6 +64,21 @@ TEST(Report, keeps_a_bounded_number_of_messages_and_counts_the_rest) {
   EXPECT_EQ(report.messages().size(), Report::k_limit);
   EXPECT_EQ(report.dropped(), 5u);
   EXPECT_FALSE(report.has_errors());
+}
+
+TEST(Trig, sine_and_cosine_are_those_of_the_library) {
+  for (int i = -100000; i <= 100000; ++i) {
+    const float x = static_cast<float>(i) * (0.7853981f / 100000);
+    const SinCos eighth = sin_cos_eighth(x);
+    ASSERT_NEAR(eighth.sin, std::sin(static_cast<double>(x)), 1.2e-7 * std::fabs(x)) << x;
+    ASSERT_NEAR(eighth.cos, std::cos(static_cast<double>(x)), 1.2e-7) << x;
+    const float turns = static_cast<float>(i) * 2e-5f;
+    const SinCos turn = sin_cos_turn(turns);
+    ASSERT_NEAR(turn.sin, std::sin(2.0 * std::numbers::pi * turns), 2e-7) << turns;
+    ASSERT_NEAR(turn.cos, std::cos(2.0 * std::numbers::pi * turns), 2e-7) << turns;
+  }
+  EXPECT_EQ(sin_cos_turn(0.25f).sin, 1.0f);
+  EXPECT_EQ(sin_cos_turn(0.25f).cos, 0.0f);
 }
 
 }  // namespace

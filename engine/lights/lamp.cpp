@@ -84,15 +84,19 @@ Lamp::Lamp(const AnalyticLight& light)
       break;
     }
     default: {
-      edge_u_ = light.world_from_light.column(0) * light.size_m.x;
-      edge_v_ = light.world_from_light.column(1) * light.size_m.y;
+      const Vec3 edge_u = light.world_from_light.column(0) * light.size_m.x;
+      const Vec3 edge_v = light.world_from_light.column(1) * light.size_m.y;
+      unit_u_ = normalize(edge_u);
+      width_ = length(edge_u);
       // A sheared transform: keep the width, and of the height what is orthogonal to it.
-      edge_v_ = edge_v_ - edge_u_ * (dot(edge_v_, normalize(edge_u_)) / length(edge_u_));
-      Vec3 n = normalize(cross(normalize(edge_u_), normalize(edge_v_)));
+      const Vec3 across = edge_v - unit_u_ * dot(edge_v, unit_u_);
+      unit_v_ = normalize(across);
+      height_ = length(across);
+      Vec3 n = normalize(cross(unit_u_, unit_v_));
       if (dot(n, light.world_from_light.column(2)) > 0.0f) n = -n;
-      frame_ = Frame::from_normal_and_tangent(n, edge_u_);
+      frame_ = Frame::from_normal_and_tangent(n, unit_u_);
       round_ = light.round;
-      area_ = length(edge_u_) * length(edge_v_) * (round_ ? 0.25f * k_pi : 1.0f);
+      area_ = width_ * height_ * (round_ ? 0.25f * k_pi : 1.0f);
       // Cycles takes at least a degree of spread. Normalisation: the integral over theta of
       // cos(theta) (1 - tan(theta) tan(slat)) sin(theta) for theta up to pi/2 - slat.
       const float slat = 0.5f * (k_pi - std::max(light.spread_rad, k_pi / 180.0f));
@@ -128,7 +132,7 @@ LightCluster Lamp::cluster() const {
   cluster.axis = frame_.n;
   const double on_axis = std::fabs(static_cast<double>(luminance(radiance_))) * static_cast<double>(cluster_scale_);
   if (kind_ == LightKind::area) {
-    cluster.radius = 0.5f * (round_ ? std::max(length(edge_u_), length(edge_v_)) : length(edge_u_ + edge_v_));
+    cluster.radius = 0.5f * (round_ ? std::max(width_, height_) : length(Vec3(width_, height_, 0.0f)));
     cluster.cos_emission = tan_spread_ / std::sqrt(1.0f + tan_spread_ * tan_spread_);
     cluster.intensity = on_axis * static_cast<double>(area_) * static_cast<double>(spread_norm_);
   } else {
@@ -160,31 +164,24 @@ float Lamp::largest_cos(const Vec3& n) const {
 
 Bounds3 Lamp::bounds() const {
   Vec3 half(radius_);
-  if (kind_ == LightKind::area) half = (abs(edge_u_) + abs(edge_v_)) * 0.5f;
+  if (kind_ == LightKind::area) half = abs(unit_u_) * (0.5f * width_) + abs(unit_v_) * (0.5f * height_);
   return {center_ - half, center_ + half};
 }
 
-/// The part of the rectangle from which spread lets light reach p (Cycles, light_spread_clamp_area_light), by corner
-/// and edges. False if none.
-bool Lamp::lit_rectangle(const Vec3& p, Vec3& corner, Vec3& edge_u, Vec3& edge_v) const {
-  edge_u = edge_u_;
-  edge_v = edge_v_;
-  corner = center_ - (edge_u + edge_v) * 0.5f;
-  if (tan_spread_ == 0.0f) return true;
+/// The part of the rectangle from which spread lets light reach p (Cycles, light_spread_clamp_area_light); without area
+/// if none.
+Lamp::Part Lamp::lit_part(const Vec3& p) const {
+  const Part whole{-0.5f * width_, -0.5f * height_, width_, height_, true};
+  if (tan_spread_ == 0.0f) return whole;
   const Vec3 to_p = p - center_;
   const float reach = std::fabs(dot(to_p, frame_.n)) / tan_spread_;
-  const float length_u = length(edge_u), length_v = length(edge_v);
-  const Vec3 u = edge_u * (1.0f / length_u), v = edge_v * (1.0f / length_v);
-  const float at_u = dot(to_p, u), at_v = dot(to_p, v);
-  const float low_u = std::max(at_u - reach, -0.5f * length_u), high_u = std::min(at_u + reach, 0.5f * length_u);
-  const float low_v = std::max(at_v - reach, -0.5f * length_v), high_v = std::min(at_v + reach, 0.5f * length_v);
-  if (!(low_u < high_u) || !(low_v < high_v)) return false;
+  const float at_u = dot(to_p, unit_u_), at_v = dot(to_p, unit_v_);
+  const float low_u = std::max(at_u - reach, -0.5f * width_), high_u = std::min(at_u + reach, 0.5f * width_);
+  const float low_v = std::max(at_v - reach, -0.5f * height_), high_v = std::min(at_v + reach, 0.5f * height_);
+  if (!(low_u < high_u) || !(low_v < high_v)) return {0.0f, 0.0f, 0.0f, 0.0f, false};
   // An ellipse keeps its own sampling unless the lit rectangle is smaller.
-  if (round_ && (high_u - low_u) * (high_v - low_v) > area_) return true;
-  corner = center_ + u * low_u + v * low_v;
-  edge_u = u * (high_u - low_u);
-  edge_v = v * (high_v - low_v);
-  return true;
+  if (round_ && (high_u - low_u) * (high_v - low_v) > area_) return whole;
+  return {low_u, low_v, high_u - low_u, high_v - low_v, false};
 }
 
 LampSample Lamp::sample(const Vec3& p, const Vec2& u) const {
@@ -211,21 +208,21 @@ LampSample Lamp::sample(const Vec3& p, const Vec2& u) const {
   const Vec3 to_center = center_ - p;
   if (kind_ == LightKind::area) {
     if (!(dot(to_center, frame_.n) < 0.0f)) return sample;
-    Vec3 corner, edge_u, edge_v;
-    if (!lit_rectangle(p, corner, edge_u, edge_v)) return sample;
-    const bool by_ellipse = round_ && length_squared(edge_u - edge_u_) + length_squared(edge_v - edge_v_) == 0.0f;
+    const Part part = lit_part(p);
+    if (!(part.width > 0.0f)) return sample;
+    const bool by_ellipse = round_ && part.whole;
+    Vec2 in_plane;  // m from the centre
     if (by_ellipse) {
       const Vec2 d = sample_disk(u) * 0.5f;
-      sample.p = center_ + edge_u_ * d.x + edge_v_ * d.y;
+      in_plane = {width_ * d.x, height_ * d.y};
     } else {
-      const SphericalRectangle rectangle(p, corner, edge_u, edge_v);
+      const SphericalRectangle rectangle(p, corner_of(part), unit_u_, unit_v_, part.width, part.height);
       const Vec2 st = rectangle.sample(u);
-      sample.p = corner + edge_u * st.x + edge_v * st.y;
+      in_plane = {part.u + part.width * st.x, part.v + part.height * st.y};
       sample.pdf_solid_angle = rectangle.pdf_solid_angle(st);
     }
-    const Vec3 in_plane = sample.p - center_;
-    const float along_u = dot(in_plane, edge_u_) / length_squared(edge_u_);
-    const float along_v = dot(in_plane, edge_v_) / length_squared(edge_v_);
+    sample.p = center_ + unit_u_ * in_plane.x + unit_v_ * in_plane.y;
+    const float along_u = in_plane.x / width_, along_v = in_plane.y / height_;
     if (round_ && !by_ellipse && along_u * along_u + along_v * along_v > 0.25f) return {};
     const Vec3 to_light = sample.p - p;
     sample.distance = length(to_light);
@@ -259,7 +256,7 @@ LampSample Lamp::sample(const Vec3& p, const Vec2& u) const {
     sample.radiance = radiance_ * spot_attenuation(-dot(sample.direction, frame_.n));
     sample.pdf_solid_angle = pdf_solid_angle_cone(one_minus_cos);
   }
-  sample.uv = sphere_uv(-sample.direction);
+  if (traits_.program) sample.uv = sphere_uv(-sample.direction);
   return sample;
 }
 
@@ -274,16 +271,15 @@ float Lamp::pdf_solid_angle(const Vec3& p, const Vec3& direction, float distance
     return d > 0.0f ? pdf_solid_angle_cone(one_minus_cos_of_tangent(radius_, d)) : 0.0f;
   }
   if (!(dot(center_ - p, frame_.n) < 0.0f)) return 0.0f;
-  Vec3 corner, edge_u, edge_v;
-  if (!lit_rectangle(p, corner, edge_u, edge_v)) return 0.0f;
+  const Part part = lit_part(p);
+  if (!(part.width > 0.0f)) return 0.0f;
   const float cos_light = -dot(direction, frame_.n);
   if (!(cos_light > 0.0f)) return 0.0f;
-  if (round_ && length_squared(edge_u - edge_u_) + length_squared(edge_v - edge_v_) == 0.0f)
-    return sqr(distance) / (cos_light * area_);
-  const Vec3 from_corner = p + direction * distance - corner;
-  const Vec2 st(dot(from_corner, edge_u) / length_squared(edge_u), dot(from_corner, edge_v) / length_squared(edge_v));
+  if (round_ && part.whole) return sqr(distance) / (cos_light * area_);
+  const Vec3 corner = corner_of(part), from_corner = p + direction * distance - corner;
+  const Vec2 st(dot(from_corner, unit_u_) / part.width, dot(from_corner, unit_v_) / part.height);
   if (!(st.x >= -1e-4f && st.x <= 1.0001f && st.y >= -1e-4f && st.y <= 1.0001f)) return 0.0f;
-  return SphericalRectangle(p, corner, edge_u, edge_v).pdf_solid_angle(st);
+  return SphericalRectangle(p, corner, unit_u_, unit_v_, part.width, part.height).pdf_solid_angle(st);
 }
 
 bool Lamp::intersect(const Vec3& origin, const Vec3& direction, float t_min, float t_max, LightHit& hit) const {
@@ -296,8 +292,7 @@ bool Lamp::intersect(const Vec3& origin, const Vec3& direction, float t_min, flo
     hit.distance_m = -dot(to_center, frame_.n) / cos_light;
     if (!(hit.distance_m > t_min && hit.distance_m < t_max)) return false;
     const Vec3 in_plane = direction * hit.distance_m - to_center;
-    const float along_u = dot(in_plane, edge_u_) / length_squared(edge_u_);
-    const float along_v = dot(in_plane, edge_v_) / length_squared(edge_v_);
+    const float along_u = dot(in_plane, unit_u_) / width_, along_v = dot(in_plane, unit_v_) / height_;
     if (round_ ? along_u * along_u + along_v * along_v > 0.25f
                : std::max(std::fabs(along_u), std::fabs(along_v)) > 0.5f)
       return false;
@@ -313,7 +308,7 @@ bool Lamp::intersect(const Vec3& origin, const Vec3& direction, float t_min, flo
     // Distance from the centre on the facing disk.
     if (length_squared(direction * hit.distance_m - to_center) > radius_ * radius_) return false;
     hit.n_light_world = to_center * (-1.0f / d);
-    hit.uv = sphere_uv(-direction);
+    if (traits_.program) hit.uv = sphere_uv(-direction);
     hit.radiance = radiance_ * spot_attenuation(-dot(direction, frame_.n));
   }
   hit.p_light_world = origin + direction * hit.distance_m;
@@ -367,10 +362,10 @@ bool Lamp::sample_emission(const Vec2& u_position, const Vec2& u_direction, cons
   sample.pdf_area = pdf.pdf_area;
   sample.pdf_direction_solid_angle = pdf.pdf_direction_solid_angle;
   sample.n_light_world = w;
-  sample.uv = sphere_uv(w);
+  if (traits_.program) sample.uv = sphere_uv(w);
   if (kind_ == LightKind::area) {
     const Vec2 d = round_ ? sample_disk(u_position) * 0.5f : Vec2(u_position.x - 0.5f, u_position.y - 0.5f);
-    sample.p_light_world = center_ + edge_u_ * d.x + edge_v_ * d.y;
+    sample.p_light_world = center_ + unit_u_ * (width_ * d.x) + unit_v_ * (height_ * d.y);
     sample.n_light_world = frame_.n;
     sample.uv = {d.y + 0.5f, -d.x - d.y};
     sample.cos_light = cos_axis;

@@ -64,7 +64,13 @@ class Lamp {
  private:
   float spot_attenuation(float cos_angle) const;
   float spread_attenuation(const Vec3& direction) const;
-  bool lit_rectangle(const Vec3& p, Vec3& corner, Vec3& edge_u, Vec3& edge_v) const;
+  /// Part of the area lamp's rectangle: from (u, v) on, in metres from its centre.
+  struct Part {
+    float u, v, width, height;
+    bool whole;
+  };
+  Part lit_part(const Vec3& p) const;
+  Vec3 corner_of(const Part& part) const { return center_ + unit_u_ * part.u + unit_v_ * part.v; }
 
   LightKind kind_ = LightKind::point;
   bool is_delta_ = false, round_ = false;
@@ -73,7 +79,8 @@ class Lamp {
   float radius_ = 0.0f;                     ///< point, spot; sun: tan of the half angle
   Color radiance_{0.0f};                    ///< on axis; delta lamps: intensity, or irradiance (sun)
   float cos_cone_ = -1.0f, smooth_ = 0.0f;  ///< spot
-  Vec3 edge_u_{0.0f}, edge_v_{0.0f};        ///< area: whole width and height
+  Vec3 unit_u_{0.0f}, unit_v_{0.0f};        ///< area: directions of width and height
+  float width_ = 0.0f, height_ = 0.0f;      ///< area, m
   float area_ = 0.0f, tan_spread_ = 0.0f, spread_norm_ = 1.0f;  ///< area lamp
   float one_minus_cos_ = 0.0f;                                  ///< sun: of the half angle
   float cluster_scale_ = 1.0f;                                  ///< luminance of the program's average

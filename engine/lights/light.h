@@ -93,7 +93,8 @@ struct LightSample {
   float distance_m = 0.0f;       ///< infinity for infinite lights
   Vec3 p_light_world{0.0f};      ///< undefined for infinite lights
   Vec3 n_light_world{0.0f};      ///< emitting side's normal; triangles: the geometric normal of the front
-  Vec2 uv{0.0f, 0.0f};           ///< triangles: weights of b and c; others: as Cycles' lamp parametric coordinates
+  Vec2 uv{0.0f, 0.0f};           ///< triangles: weights of b and c; area lamps: as Cycles' lamp parametric coordinates;
+                                 ///< point and spot lamps likewise, if they have a program; else (0, 0)
   Color radiance{0.0f};          ///< towards the receiver; see LightTraits::program
   float pdf_solid_angle = 0.0f;  ///< per steradian, selection included
   float prob_selection = 0.0f;   ///< of this light, for this receiver

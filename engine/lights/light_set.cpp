@@ -156,7 +156,6 @@ LightSample LightSet::sample(const Vec3& p, const Vec3& n, float u_select, const
     sample.direction_world = environment_light_->sample(n, u, sample.pdf_solid_angle);
     sample.distance_m = k_infinity;
     sample.n_light_world = -sample.direction_world;
-    sample.uv = equirectangular_of_direction(sample.direction_world);
     sample.radiance = light.radiance;
     sample.traits = &light.traits;
   } else {
@@ -225,7 +224,6 @@ LightHit LightSet::infinite_hit(LightIndex light, const Vec3& direction, uint32_
     hit.radiance = environment_light_->light().radiance;
     hit.direction_world = direction;
     hit.n_light_world = -direction;
-    hit.uv = equirectangular_of_direction(direction);
   } else if (!lamps_[light].intersect_infinite(direction, hit)) {
     return hit;
   }
@@ -300,7 +298,6 @@ EmissionSample LightSet::sample_emission(float u_select, const Vec2& u_position,
     sample.direction_world = frame.n;
     sample.n_light_world = frame.n;
     sample.p_light_world = scene_center_ + frame.s * d.x + frame.t * d.y - frame.n * scene_radius_;
-    sample.uv = equirectangular_of_direction(towards);
     sample.radiance = environment_light_->light().radiance;
     sample.pdf_area = 1.0f / (k_pi * scene_radius_ * scene_radius_);
     sample.is_infinite = true;

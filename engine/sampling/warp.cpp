@@ -18,8 +18,8 @@ float turn(float x, float y) {
 }
 
 Vec3 on_circle(float turn_fraction, float sin_theta, float cos_theta) {
-  const float phi = k_two_pi * turn_fraction;
-  return {sin_theta * std::cos(phi), sin_theta * std::sin(phi), cos_theta};
+  const SinCos phi = sin_cos_turn(turn_fraction);
+  return {sin_theta * phi.cos, sin_theta * phi.sin, cos_theta};
 }
 
 }  // namespace
@@ -177,36 +177,62 @@ double sine_beside(double x, double z) { return x / std::sqrt(x * x + z * z); }
 
 }  // namespace
 
-SphericalRectangle::SphericalRectangle(const Vec3& p, const Vec3& corner, const Vec3& edge_u, const Vec3& edge_v) {
-  const float width = length(edge_u), height = length(edge_v);
+SphericalRectangle::SphericalRectangle(const Vec3& p, const Vec3& corner, const Vec3& u, const Vec3& v, float width,
+                                       float height) {
   if (!(width > 0.0f) || !(height > 0.0f)) return;
-  const Vec3 x = edge_u * (1.0f / width), y = edge_v * (1.0f / height), to_corner = corner - p;
-  x0_ = dot(to_corner, x);
-  y0_ = dot(to_corner, y);
-  z0_ = -std::fabs(dot(to_corner, normalize(cross(x, y))));
+  const Vec3 to_corner = corner - p;
+  x0_ = dot(to_corner, u);
+  y0_ = dot(to_corner, v);
+  z0_ = -std::fabs(dot(to_corner, cross(u, v)));
   x1_ = x0_ + width;
   y1_ = y0_ + height;
   if (z0_ == 0.0f) return;
-  // Ureña et al. 2013, section 4: z components of the normals of the four side planes, and the angles between those.
-  const double n0 = -sine_beside(y0_, z0_), n1 = sine_beside(x1_, z0_);
-  const double n2 = sine_beside(y1_, z0_), n3 = -sine_beside(x0_, z0_);
-  const double g0 = std::acos(-n0 * n1), g1 = std::acos(-n1 * n2), g2 = std::acos(-n2 * n3), g3 = std::acos(-n3 * n0);
-  b0_ = n0;
-  b1_ = n2;
-  k_ = 2.0 * std::numbers::pi - g2 - g3;
-  const double solid_angle = std::max(g0 + g1 - k_, 0.0);
-  solid_angle_ = static_cast<float>(solid_angle);
-  by_solid_angle_ = solid_angle >= static_cast<double>(k_small_solid_angle);
+  // The rectangle from p's foot to (x, y) has the solid angle atan(xy / (|z| r)), the argument of (|z| r, xy) as a
+  // complex number; that of the whole is the sum over corners with alternating signs, the argument of a product.
+  struct Complex {
+    double re, im;
+  };
+  const double z2 = static_cast<double>(z0_) * z0_;
+  const auto corner_at = [&](double x, double y) {
+    return Complex{-static_cast<double>(z0_) * std::sqrt(x * x + y * y + z2), x * y};
+  };
+  const auto product = [](const Complex& a, const Complex& b) {
+    return Complex{a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
+  };
+  const auto quotient = [](const Complex& a, const Complex& b) {  // up to the magnitude
+    return Complex{a.re * b.re + a.im * b.im, a.im * b.re - a.re * b.im};
+  };
+  const Complex whole =
+      product(quotient(corner_at(x1_, y1_), corner_at(x0_, y1_)), quotient(corner_at(x0_, y0_), corner_at(x1_, y0_)));
+  const double scale = 1.0 / std::max(std::fabs(whole.re), std::fabs(whole.im));
+  float angle = std::atan2(static_cast<float>(whole.im * scale), static_cast<float>(whole.re * scale));
+  // More than pi: seen so from a foot within the rectangle only.
+  if (angle < 0.0f) angle = x0_ < 0.0f && x1_ > 0.0f && y0_ < 0.0f && y1_ > 0.0f ? angle + k_two_pi : 0.0f;
+  solid_angle_ = angle;
+  by_solid_angle_ = solid_angle_ >= k_small_solid_angle;
 }
 
 Vec2 SphericalRectangle::sample(const Vec2& u) const {
   if (!by_solid_angle_) return u;
-  const double angle = static_cast<double>(u.x) * static_cast<double>(solid_angle_) + k_;
-  const double f = (std::cos(angle) * b0_ - b1_) / std::sin(angle);
-  const double c = std::clamp(std::copysign(1.0, f) / std::sqrt(f * f + b0_ * b0_), -1.0, 1.0);
-  const double z = z0_, x0 = x0_, x1 = x1_, y0 = y0_, y1 = y1_;
-  const double x = std::clamp(-(c * z) / std::sqrt(std::max(1.0 - c * c, 1e-30)), x0, x1);
-  const double d_squared = x * x + z * z;
+  const double x0 = x0_, x1 = x1_, y0 = y0_, y1 = y1_, z = z0_, z2 = z * z;
+  // Ureña et al. 2013, section 4, with the angles g2 and g3 between side planes as cosine and sine.
+  const double b0_scale = 1.0 / (y0 * y0 + z2);
+  const double b0 = -y0 * std::sqrt(b0_scale), b1 = sine_beside(y1, z), n3 = -sine_beside(x0, z);
+  const double cos_2 = -b1 * n3, cos_3 = -n3 * b0;
+  const double sin_2 = std::sqrt(std::max(1.0 - cos_2 * cos_2, 0.0));
+  const double sin_3 = std::sqrt(std::max(1.0 - cos_3 * cos_3, 0.0));
+  // k = 2 pi - g2 - g3; the angle is k + u.x · solid angle, whose second part by its half: precise where it is small.
+  const double cos_k = cos_2 * cos_3 - sin_2 * sin_3, sin_k = -(sin_2 * cos_3 + cos_2 * sin_3);
+  const SinCos half = sin_cos_turn(u.x * solid_angle_ * (0.5f / k_two_pi));
+  const double sin_part = 2.0 * static_cast<double>(half.sin) * half.cos;
+  const double cos_part = 1.0 - 2.0 * static_cast<double>(half.sin) * half.sin;
+  const double sin_angle = sin_k * cos_part + cos_k * sin_part, cos_angle = cos_k * cos_part - sin_k * sin_part;
+  // Their c_u and f_u multiplied out, so that nothing is divided by sin_angle: 1 - b0² = z² / (y0² + z²).
+  const double numerator = cos_angle * b0 - b1;
+  const double under = numerator * numerator - z2 * b0_scale * sin_angle * sin_angle;
+  const double x =
+      std::clamp(-z * std::copysign(sin_angle, sin_angle * numerator) / std::sqrt(std::max(under, 1e-30)), x0, x1);
+  const double d_squared = x * x + z2;
   const double h0 = y0 / std::sqrt(d_squared + y0 * y0), h1 = y1 / std::sqrt(d_squared + y1 * y1);
   const double h = h0 + static_cast<double>(u.y) * (h1 - h0);
   const double y = h * h < 1.0 - 1e-12 ? std::clamp(h * std::sqrt(d_squared / (1.0 - h * h)), y0, y1) : y1;
@@ -229,7 +255,7 @@ Vec2 SphericalRectangle::invert(const Vec2& st) const {
   const double z = z0_, x0 = x0_, y0 = y0_, y1 = y1_;
   const double x = lerp(x0_, x1_, st.x), y = lerp(y0_, y1_, st.y);
   // Solid angle of the part of the rectangle left of x: the same construction with x1 = x.
-  const double n0 = b0_, n2 = b1_, n1 = sine_beside(x, z), n3 = -sine_beside(x0, z);
+  const double n0 = -sine_beside(y0, z), n1 = sine_beside(x, z), n2 = sine_beside(y1, z), n3 = -sine_beside(x0, z);
   const double part =
       std::acos(-n0 * n1) + std::acos(-n1 * n2) + std::acos(-n2 * n3) + std::acos(-n3 * n0) - 2.0 * std::numbers::pi;
   const double d_squared = x * x + z * z;

@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include "engine/base/trig.h"
 #include "engine/base/vec.h"
 
 namespace lambent {
@@ -14,10 +15,12 @@ namespace lambent {
 inline Vec2 sample_disk(const Vec2& u) {
   const float a = 2.0f * u.x - 1.0f, b = 2.0f * u.y - 1.0f;
   if (a == 0.0f && b == 0.0f) return {0.0f, 0.0f};
-  const bool first = std::fabs(a) > std::fabs(b);
-  const float r = first ? a : b;
-  const float phi = first ? (k_pi / 4) * (b / a) : (k_pi / 2) - (k_pi / 4) * (a / b);
-  return {r * std::cos(phi), r * std::sin(phi)};
+  if (std::fabs(a) > std::fabs(b)) {
+    const SinCos phi = sin_cos_eighth((k_pi / 4) * (b / a));
+    return {a * phi.cos, a * phi.sin};
+  }
+  const SinCos phi = sin_cos_eighth((k_pi / 4) * (a / b));
+  return {b * phi.sin, b * phi.cos};
 }
 /// Density of sample_disk per unit area inside the disk.
 inline constexpr float k_pdf_area_disk = k_inv_pi;
@@ -103,18 +106,19 @@ class SphericalTriangle {
   bool by_solid_angle_ = false;
 };
 
-/// The rectangle corner + [0,1] edge_u + [0,1] edge_v (orthogonal edges) as seen from p, for uniform sampling of solid
-/// angle (Ureña, Fajardo & King 2013). Seen under less than k_small_solid_angle, points are sampled uniformly by area.
+/// The rectangle corner + [0, width] u + [0, height] v (u, v unit and orthogonal) as seen from p, for uniform sampling
+/// of solid angle (Ureña, Fajardo & King 2013). Seen under less than k_small_solid_angle, points are sampled uniformly
+/// by area.
 class SphericalRectangle {
  public:
   static constexpr float k_small_solid_angle = 1e-5f;
 
   /// A rectangle without area, or p in its plane, gives solid_angle() == 0 and pdf 0.
-  SphericalRectangle(const Vec3& p, const Vec3& corner, const Vec3& edge_u, const Vec3& edge_v);
+  SphericalRectangle(const Vec3& p, const Vec3& corner, const Vec3& u, const Vec3& v, float width, float height);
 
   /// Solid angle seen from p, sr.
   float solid_angle() const { return solid_angle_; }
-  /// Fractions along edge_u and edge_v, [0, 1]².
+  /// Fractions of width and height, [0, 1]².
   Vec2 sample(const Vec2& u) const;
   /// Density of sample() per steradian at the point with fractions `st`.
   float pdf_solid_angle(const Vec2& st) const;
@@ -123,8 +127,7 @@ class SphericalRectangle {
   bool by_solid_angle() const { return by_solid_angle_; }
 
  private:
-  float x0_ = 0, y0_ = 0, z0_ = 0, x1_ = 0, y1_ = 0;  ///< in the frame of the edges, p at the origin; z0 < 0
-  double b0_ = 0, b1_ = 0, k_ = 0;
+  float x0_ = 0, y0_ = 0, z0_ = 0, x1_ = 0, y1_ = 0;  ///< in the frame of u and v, p at the origin; z0 < 0
   float solid_angle_ = 0.0f;
   bool by_solid_angle_ = false;
 };

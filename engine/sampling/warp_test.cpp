@@ -181,6 +181,35 @@ TEST(SphericalTriangle, solid_angle_is_that_of_an_octant_and_invariant_under_sca
                 1e-6f);
 }
 
+SphericalRectangle rectangle_of(const Vec3& p, const Vec3& corner, const Vec3& edge_u, const Vec3& edge_v) {
+  return {p, corner, normalize(edge_u), normalize(edge_v), length(edge_u), length(edge_v)};
+}
+
+/// Solid angle of a rectangle in z = 0 by its four corners, each signed by its side of p's foot, in double.
+double solid_angle_by_corners(double x0, double x1, double y0, double y1, double z) {
+  const auto at = [&](double x, double y) { return std::atan(x * y / (z * std::sqrt(x * x + y * y + z * z))); };
+  return at(x1, y1) - at(x0, y1) - at(x1, y0) + at(x0, y0);
+}
+
+TEST(SphericalRectangle, solid_angle_is_that_of_its_corners_from_everywhere) {
+  RandomStream random(5);
+  for (int i = 0; i < 20000; ++i) {
+    // Distances over eight decades, on either side of each edge.
+    const auto somewhere = [&] {
+      return std::pow(10.0, 8.0 * random.next_1d() - 4.0) * (random.next_1d() < 0.5f ? -1 : 1);
+    };
+    const float x0 = float(somewhere()), y0 = float(somewhere()), z = float(std::fabs(somewhere()));
+    const float width = float(std::fabs(somewhere())), height = float(std::fabs(somewhere()));
+    const double expected = solid_angle_by_corners(x0, x0 + width, y0, y0 + height, z);
+    if (expected < 1e-8) continue;  // the sum of four angles has no digits left
+    const SphericalRectangle rectangle({0, 0, z}, {x0, y0, 0}, {1, 0, 0}, {0, 1, 0}, width, height);
+    // The far corners' rounding to float, which shows where the rectangle is much smaller than its distance.
+    const double rounding = 1e-6 + 1e-6 * (std::fabs(x0) / width + std::fabs(y0) / height);
+    EXPECT_NEAR(rectangle.solid_angle() / expected, 1.0, 4 * rounding)
+        << x0 << ' ' << y0 << ' ' << z << ' ' << width << ' ' << height;
+  }
+}
+
 TEST(SphericalRectangle, points_follow_the_density_and_invert) {
   struct Case {
     const char* name;
@@ -194,7 +223,7 @@ TEST(SphericalRectangle, points_follow_the_density_and_invert) {
       {"far", {0, 0, 1000}, {-1, -0.5f, 0}, {2, 0, 0}, {0, 1, 0}},
   };
   for (const Case& c : cases) {
-    const SphericalRectangle rectangle(c.p, c.corner, c.u, c.v);
+    const SphericalRectangle rectangle = rectangle_of(c.p, c.corner, c.u, c.v);
     const Vec3 cross_product = cross(c.u, c.v);
     // Domain (s, t), where the density per unit square is the solid-angle density times cos · area / d².
     const auto result = chi_square_test_2d(
@@ -214,10 +243,9 @@ TEST(SphericalRectangle, points_follow_the_density_and_invert) {
 
 TEST(SphericalRectangle, solid_angle_is_a_sixth_of_the_sphere_for_a_face_of_a_cube_at_any_scale) {
   for (const float s : {1e-6f, 1.0f, 1e6f})
-    EXPECT_NEAR(SphericalRectangle({0, 0, 0}, {-s, -s, s}, {2 * s, 0, 0}, {0, 2 * s, 0}).solid_angle(), 4 * k_pi / 6,
-                1e-6f);
-  EXPECT_EQ(SphericalRectangle({0, 0, 0}, {-1, -1, 0}, {2, 0, 0}, {0, 2, 0}).pdf_solid_angle({0.5f, 0.5f}), 0.0f);
-  EXPECT_EQ(SphericalRectangle({0, 0, 0}, {-1, -1, 1}, {0, 0, 0}, {0, 2, 0}).pdf_solid_angle({0.5f, 0.5f}), 0.0f);
+    EXPECT_NEAR(rectangle_of({0, 0, 0}, {-s, -s, s}, {2 * s, 0, 0}, {0, 2 * s, 0}).solid_angle(), 4 * k_pi / 6, 1e-6f);
+  EXPECT_EQ(rectangle_of({0, 0, 0}, {-1, -1, 0}, {2, 0, 0}, {0, 2, 0}).pdf_solid_angle({0.5f, 0.5f}), 0.0f);
+  EXPECT_EQ(rectangle_of({0, 0, 0}, {-1, -1, 1}, {0, 0, 0}, {0, 2, 0}).pdf_solid_angle({0.5f, 0.5f}), 0.0f);
 }
 
 TEST(Aperture, disk_and_polygons_are_uniform_and_invert) {

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "engine/base/frame.h"
+#include "engine/sampling/warp.h"
 #include "engine/shading/albedo_table.h"
 #include "engine/shading/fresnel.h"
 #include "engine/shading/lobe.h"
@@ -271,15 +272,6 @@ inline LobeValue eval_lobe(const Lobe& lobe, const Vec3& wi, const Vec3& wo, boo
   value.f_cos = Color(f * light.z);
   static_cast<void>(camera);
   return value;
-}
-
-inline Vec3 sample_cosine_hemisphere(const Vec2& u) {
-  const float r = std::sqrt(u.x), phi = 2.0f * k_pi * u.y;
-  return {r * std::cos(phi), r * std::sin(phi), std::sqrt(std::max(1e-12f, 1.0f - u.x))};
-}
-inline Vec3 sample_uniform_hemisphere(const Vec2& u) {
-  const float z = std::max(1.0f - u.x, 1e-6f), r = safe_sqrt(1.0f - z * z), phi = 2.0f * k_pi * u.y;
-  return {r * std::cos(phi), r * std::sin(phi), z};
 }
 
 /// Samples wo given wi on n's side (wi.z > 0). @param u_choice in [0, 1): glass's choice.

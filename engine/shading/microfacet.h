@@ -5,6 +5,7 @@
 // term of alpha 0.25, as Cycles before 4.0 evaluates it.
 #pragma once
 
+#include "engine/base/trig.h"
 #include "engine/base/vec.h"
 #include "engine/shading/lobe.h"
 
@@ -121,10 +122,10 @@ struct Microfacets {
  private:
   Vec3 sample_ggx(const Vec3& w, const Vec2& u) const {
     const Vec3 w_std = normalize(Vec3(w.x * alpha_x, w.y * alpha_y, w.z));
-    const float phi = 2.0f * k_pi * u.x;
+    const SinCos phi = sin_cos_turn(u.x);
     const float z = (1.0f - u.y) * (1.0f + w_std.z) - w_std.z;
     const float s = safe_sqrt(1.0f - z * z);
-    const Vec3 h = Vec3(s * std::cos(phi), s * std::sin(phi), z) + w_std;
+    const Vec3 h = Vec3(s * phi.cos, s * phi.sin, z) + w_std;
     const Vec3 m = normalize(Vec3(h.x * alpha_x, h.y * alpha_y, std::max(h.z, 1e-9f)));
     return m;
   }

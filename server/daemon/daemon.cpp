@@ -38,7 +38,7 @@ Daemon::Daemon(const DaemonOptions& options)
   context_.budget = MemoryBudget::create(std::max(memory / 4 * 3, limits.session_bytes));
   context_.capabilities.integrators = available_integrators();
   context_.capabilities.node_types = supported_node_types();
-  context_.engine = Engine::create({options.threads, options.texture_cache_bytes, {}});
+  context_.engine = Engine::create({options.threads, options.texture_cache_bytes});
 
   context_.next_session = [this] { return ++sessions_; };
   context_.session_count = [this] { return runners_.size(); };

@@ -180,6 +180,7 @@ struct Settings {
   bool film_transparent = false;
   float exposure = 1.0f;
   float clamp_direct = 0.0f, clamp_indirect = 0.0f;
+  float light_threshold = 0.01f;  ///< of the picture's value: shadow rays that matter less are traced by chance; 0 off
   bool caustics_reflective = true, caustics_refractive = true;
   int tile_size_px = 64;
   std::vector<std::string> passes{"combined"};

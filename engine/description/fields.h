@@ -175,6 +175,7 @@ void visit_settings(V& visitor, T& value) {
   visitor.number("exposure", value.exposure);
   visitor.number("clamp_direct", value.clamp_direct);
   visitor.number("clamp_indirect", value.clamp_indirect);
+  visitor.number("light_threshold", value.light_threshold);
   visitor.boolean("caustics_reflective", value.caustics_reflective);
   visitor.boolean("caustics_refractive", value.caustics_refractive);
   visitor.integer("tile_size_px", value.tile_size_px, 8, 4096);

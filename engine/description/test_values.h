@@ -160,6 +160,7 @@ inline Transaction full_transaction() {
   settings.exposure = 2;
   settings.clamp_direct = 3;
   settings.clamp_indirect = 4;
+  settings.light_threshold = 0.5f;
   settings.caustics_reflective = settings.caustics_refractive = false;
   settings.tile_size_px = 32;
   settings.passes = {"combined", "depth"};

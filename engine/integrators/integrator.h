@@ -34,6 +34,9 @@ struct IntegratorSettings {
   PixelFilter filter;
   bool film_transparent = false;
   float exposure = 1.0f;
+  /// Shadow rays whose contribution, exposure included, would be below this are traced with the probability
+  /// contribution / threshold, and weigh so much more: saves rays that hardly matter, without bias. 0: all are traced.
+  float light_threshold = 0.0f;
   float clamp_direct = 0.0f, clamp_indirect = 0.0f;  ///< largest sum of R, G, B of a contribution; 0: no clamping
   bool caustics_reflective = true, caustics_refractive = true;
   /// The kernel to use; must cover the scene's profile. A test renders with both and compares.

@@ -30,6 +30,7 @@ enum BounceDimension : uint32_t {
   k_dimension_subsurface_offset = 9,   ///< 2D
   k_dimension_connection = 10,         ///< 1D: which stored vertex to connect to
   k_dimension_lens_connection = 11,    ///< 2D: where on the lens light tracing connects
+  k_dimension_shadow_roulette = 12,    ///< 1D: whether a shadow ray that matters little is traced
   k_bounce_stride = 16,
 };
 

@@ -70,6 +70,18 @@ class Sampler {
     return unit_float(reverse_bits(owen_scramble_reversed(shuffled(key), hash_u32(key ^ 0xa511e9b3u))));
   }
 
+  /// Eight coordinates at once, out[i] the first or, where second[i] is ~0, the second of get_2d(dimensions[i]): a
+  /// loop of integer arithmetic without branches, which the compiler turns into vector instructions.
+  void get_8(const uint32_t (&dimensions)[8], const uint32_t (&second)[8], float (&out)[8]) const {
+    for (int i = 0; i < 8; ++i) {
+      const uint32_t key = hash_combine(pixel_, dimensions[i]);
+      const uint32_t index = shuffled(key);
+      const uint32_t position = index ^ ((index ^ sobol_second_reversed(index)) & second[i]);
+      const uint32_t salt = 0xa511e9b3u ^ ((0xa511e9b3u ^ 0x63d83595u) & second[i]);
+      out[i] = unit_float(reverse_bits(owen_scramble_reversed(position, hash_u32(key ^ salt))));
+    }
+  }
+
  private:
   /// Position in the sequence: an Owen scramble of the index, which keeps aligned powers of two together.
   uint32_t shuffled(uint32_t key) const { return reverse_bits(owen_scramble_reversed(reversed_index_, key)); }

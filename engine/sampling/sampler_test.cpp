@@ -9,6 +9,7 @@
 
 #include "engine/sampling/chi_square.h"
 #include "engine/sampling/dimension.h"
+#include "engine/sampling/event_numbers.h"
 
 namespace lambent {
 namespace {
@@ -48,6 +49,22 @@ void expect_net(uint32_t seed, int x, int y, uint32_t first, int k, uint32_t dim
       ++count[column * (1u << (k - j)) + row];
     }
     for (const int c : count) ASSERT_EQ(c, 1) << "2^" << k << " samples from " << first << ", j = " << j;
+  }
+}
+
+TEST(Sampler, numbers_of_an_event_are_those_drawn_one_by_one) {
+  for (uint32_t i = 0; i < 2000; ++i) {
+    const Sampler sampler(i, static_cast<int>(7 * i), -static_cast<int>(i), hash_u32(i));
+    const uint32_t bounce = i % 50;
+    const EventNumbers numbers(sampler, bounce);
+    const auto one = [&](BounceDimension which) { return sampler.get_1d(bounce_dimension(bounce, which)); };
+    const auto two = [&](BounceDimension which) { return sampler.get_2d(bounce_dimension(bounce, which)); };
+    EXPECT_EQ(numbers.light_selection, one(k_dimension_light_selection));
+    EXPECT_EQ(numbers.light_position, two(k_dimension_light_position));
+    EXPECT_EQ(numbers.lobe, one(k_dimension_lobe));
+    EXPECT_EQ(numbers.direction, two(k_dimension_direction));
+    EXPECT_EQ(numbers.roulette, one(k_dimension_roulette));
+    EXPECT_EQ(numbers.shadow_roulette, one(k_dimension_shadow_roulette));
   }
 }
 

@@ -232,12 +232,14 @@ Vec2 SphericalRectangle::sample(const Vec2& u) const {
   const double under = numerator * numerator - z2 * b0_scale * sin_angle * sin_angle;
   const double x =
       std::clamp(-z * std::copysign(sin_angle, sin_angle * numerator) / std::sqrt(std::max(under, 1e-30)), x0, x1);
-  const double d_squared = x * x + z2;
-  const double h0 = y0 / std::sqrt(d_squared + y0 * y0), h1 = y1 / std::sqrt(d_squared + y1 * y1);
-  const double h = h0 + static_cast<double>(u.y) * (h1 - h0);
-  const double y = h * h < 1.0 - 1e-12 ? std::clamp(h * std::sqrt(d_squared / (1.0 - h * h)), y0, y1) : y1;
+  // h = y / sqrt(x² + y² + z²) is uniform between its ends; y over the distance to the line is h / sqrt(1 - h²).
+  const float d_inverse = 1.0f / static_cast<float>(std::sqrt(x * x + z2));
+  const float t0 = y0_ * d_inverse, t1 = y1_ * d_inverse;
+  const float h0 = t0 / std::sqrt(1.0f + t0 * t0), h1 = t1 / std::sqrt(1.0f + t1 * t1);
+  const float h = lerp(h0, h1, u.y);
+  const float t = h / std::sqrt(std::max((1.0f - h) * (1.0f + h), 1e-12f));
   return {std::clamp(static_cast<float>((x - x0) / (x1 - x0)), 0.0f, 1.0f),
-          std::clamp(static_cast<float>((y - y0) / (y1 - y0)), 0.0f, 1.0f)};
+          std::clamp((t - t0) / (t1 - t0), 0.0f, 1.0f)};
 }
 
 float SphericalRectangle::pdf_solid_angle(const Vec2& st) const {

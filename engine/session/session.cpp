@@ -52,6 +52,7 @@ IntegratorSettings integrator_settings(const description::Settings& settings, co
   result.exposure = settings.exposure;
   result.clamp_direct = settings.clamp_direct;
   result.clamp_indirect = settings.clamp_indirect;
+  result.light_threshold = settings.light_threshold;
   result.caustics_reflective = settings.caustics_reflective;
   result.caustics_refractive = settings.caustics_refractive;
   result.profile = scene.profile().kernel();

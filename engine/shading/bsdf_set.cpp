@@ -90,6 +90,7 @@ Bsdf& Bsdf::operator=(const Bsdf& other) {
   count_ = other.count_;
   has_non_delta_ = other.has_non_delta_;
   least_share_ = other.least_share_;
+  shares_wi_world_ = Vec3(0.0f);
   ng_world_ = other.ng_world_;
   ns_world_ = other.ns_world_;
   transparency_ = other.transparency_;
@@ -102,6 +103,7 @@ void Bsdf::begin(const ShadingPoint& point) {
   count_ = 0;
   has_non_delta_ = false;
   least_share_ = 0.0f;
+  shares_wi_world_ = Vec3(0.0f);
   ng_world_ = point.ng_world;
   ns_world_ = point.ns_world;
   transparency_ = emission_ = Color(0.0f);
@@ -142,6 +144,7 @@ Lobe Bsdf::sanitized(const Lobe& given) {
 
 void Bsdf::add_sanitized(const Lobe& given) {
   if (!(average(given.weight) >= k_weight_cutoff)) return;
+  shares_wi_world_ = Vec3(0.0f);
   if (given.kind == LobeKind::transparent) {
     transparency_ += given.weight;
     for (int i = 0; i < count_; ++i)
@@ -174,24 +177,28 @@ void Bsdf::add_emission(const Color& radiance) {
   if (is_finite(radiance)) emission_ += radiance;
 }
 
-float Bsdf::fill_shares(const Vec3& wi_world, float* shares) const {
-  if (count_ == 1) return shares[0] = 1.0f;
-  float total = 0.0f;
-  for (int i = 0; i < count_; ++i) total += shares[i] = selection(lobes_[i], dot(lobes_[i].n, wi_world));
-  if (least_share_ == 0.0f) return total;
+void Bsdf::fill_shares(const Vec3& wi_world) const {
+  shares_wi_world_ = wi_world;
+  float* share = shares_.of;
+  float& total = shares_.total;
+  if (count_ == 1) {
+    total = share[0] = 1.0f;
+    return;
+  }
+  total = 0.0f;
+  for (int i = 0; i < count_; ++i) total += share[i] = selection(lobes_[i], dot(lobes_[i].n, wi_world));
+  if (least_share_ == 0.0f) return;
   // As Cycles' defensive sampling; a lobe that gives nothing keeps nothing.
   const float least = least_share_ * total;
   total = 0.0f;
-  for (int i = 0; i < count_; ++i) total += shares[i] = shares[i] > 0.0f ? std::max(shares[i], least) : 0.0f;
-  return total;
+  for (int i = 0; i < count_; ++i) total += share[i] = share[i] > 0.0f ? std::max(share[i], least) : 0.0f;
 }
 
 BsdfEval Bsdf::eval(const Vec3& wi_world, const Vec3& wo_world, Transport transport, ReversePdf reverse_pdf) const {
   BsdfEval result;
   if (!has_non_delta_) return result;
   const bool reverse = reverse_pdf == ReversePdf::yes;
-  float shares[k_max_lobes];
-  const float selected = fill_shares(wi_world, shares);
+  const Shares& selected = shares(wi_world);
   float selected_reverse = 0.0f;
   for (int i = 0; i < count_; ++i) {
     const Lobe& lobe = lobes_[i];
@@ -200,11 +207,11 @@ BsdfEval Bsdf::eval(const Vec3& wi_world, const Vec3& wo_world, Transport transp
     if (is_delta(lobe)) continue;
     const Term term = eval_term(lobe, ng_world_, ns_world_, wi_world, wo_world, transport, reverse);
     result.f_cos += term.f_cos;
-    result.pdf_solid_angle += shares[i] * term.pdf;
+    result.pdf_solid_angle += selected.of[i] * term.pdf;
     result.pdf_reverse_solid_angle += share_reverse * term.pdf_reverse;
   }
   if (transport == Transport::importance) result.f_cos *= adjoint(ng_world_, wi_world, wo_world, transport);
-  result.pdf_solid_angle = selected > 0.0f ? result.pdf_solid_angle / selected : 0.0f;
+  result.pdf_solid_angle = selected.total > 0.0f ? result.pdf_solid_angle / selected.total : 0.0f;
   result.pdf_reverse_solid_angle =
       reverse && selected_reverse > 0.0f ? result.pdf_reverse_solid_angle / selected_reverse : 0.0f;
   return result;
@@ -214,16 +221,17 @@ BsdfSample Bsdf::sample(const Vec3& wi_world, float u_lobe, const Vec2& u, Trans
                         ReversePdf reverse_pdf) const {
   BsdfSample result;
   if (count_ == 0) return result;
-  float shares[k_max_lobes];
-  const float total = fill_shares(wi_world, shares);
+  const Shares& selected = shares(wi_world);
+  const float* share = selected.of;
+  const float total = selected.total;
   if (!(total > 0.0f)) return result;
   int picked = 0;
   float threshold = u_lobe * total;
-  while (picked + 1 < count_ && threshold >= shares[picked]) threshold -= shares[picked++];
-  while (picked > 0 && shares[picked] <= 0.0f) --picked;  // rounding at u_lobe near 1
-  if (!(shares[picked] > 0.0f)) return result;
-  const float u_choice = std::clamp(threshold / shares[picked], 0.0f, k_one_minus_epsilon);
-  const float prob = shares[picked] / total;
+  while (picked + 1 < count_ && threshold >= share[picked]) threshold -= share[picked++];
+  while (picked > 0 && share[picked] <= 0.0f) --picked;  // rounding at u_lobe near 1
+  if (!(share[picked] > 0.0f)) return result;
+  const float u_choice = std::clamp(threshold / share[picked], 0.0f, k_one_minus_epsilon);
+  const float prob = share[picked] / total;
 
   const Lobe& lobe = lobes_[picked];
   const bool camera_is_wi = transport == Transport::radiance;
@@ -246,9 +254,9 @@ BsdfSample Bsdf::sample(const Vec3& wi_world, float u_lobe, const Vec2& u, Trans
     if (reverse_pdf == ReversePdf::yes) {
       float total_reverse = 0.0f, share_reverse = 0.0f;
       for (int i = 0; i < count_; ++i) {
-        const float share = count_ == 1 ? 1.0f : selection(lobes_[i], dot(lobes_[i].n, wo));
-        total_reverse += share;
-        if (i == picked) share_reverse = share;
+        const float reversed = count_ == 1 ? 1.0f : selection(lobes_[i], dot(lobes_[i].n, wo));
+        total_reverse += reversed;
+        if (i == picked) share_reverse = reversed;
       }
       result.pdf_reverse_solid_angle =
           total_reverse > 0.0f ? share_reverse / total_reverse * sampled.prob_reverse : 0.0f;

@@ -35,7 +35,10 @@ class Bsdf {
   /// Gives each lobe at least this share of the samples (before normalising; 0 after begin()), however little of the
   /// albedo it has: a mirror over glass that reflects a lamp is dim in the mean and bright where it counts. Holds for
   /// sampling from wi and its pdf; reverse pdfs are those without.
-  void set_least_share(float share) { least_share_ = share; }
+  void set_least_share(float share) {
+    least_share_ = share;
+    shares_wi_world_ = Vec3(0.0f);
+  }
 
   /// All non-delta lobes for one pair of unit world directions; zero for pairs that no lobe connects.
   BsdfEval eval(const Vec3& wi_world, const Vec3& wo_world, Transport transport,
@@ -59,8 +62,17 @@ class Bsdf {
   std::span<const Lobe> lobes() const { return {lobes_, static_cast<size_t>(count_)}; }
 
  private:
-  /// Fills shares[count_] with what each lobe gets of the samples seen from wi, and returns their sum.
-  float fill_shares(const Vec3& wi_world, float* shares) const;
+  /// What each lobe gets of the samples seen from wi, not normalised. A walk asks for one wi several times: that of the
+  /// last call is kept.
+  struct Shares {
+    float of[k_max_lobes];
+    float total;
+  };
+  const Shares& shares(const Vec3& wi_world) const {
+    if (wi_world != shares_wi_world_) fill_shares(wi_world);
+    return shares_;
+  }
+  void fill_shares(const Vec3& wi_world) const;
 
   union {  // suppresses construction of the array
     Lobe lobes_[k_max_lobes];
@@ -70,6 +82,8 @@ class Bsdf {
   float least_share_ = 0.0f;
   Vec3 ng_world_{0, 0, 1}, ns_world_{0, 0, 1};
   Color transparency_{0.0f}, emission_{0.0f};
+  mutable Shares shares_;
+  mutable Vec3 shares_wi_world_{0.0f};  ///< that shares_ belong to; zero: none
 };
 
 }  // namespace lambent

@@ -316,7 +316,7 @@ void make_lobes(ClosureKind kind, GlossModel model, const float* raw, bool backf
   }
 }
 
-Vec3 valid_reflection_normal(const Vec3& ng, const Vec3& wi, const Vec3& n) {
+Vec3 bent_reflection_normal(const Vec3& ng, const Vec3& wi, const Vec3& n) {
   const float cos_view = dot(ng, wi);
   const Vec3 mirrored = n * (2.0f * dot(n, wi)) - wi;
   const float threshold = std::min(0.9f * cos_view, 0.01f);

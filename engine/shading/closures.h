@@ -92,6 +92,9 @@ void make_lobes(ClosureKind kind, GlossModel model, const float* parameters, boo
 
 /// Turns a lobe normal just enough towards ng that the mirrored view leaves above the surface (Cycles'
 /// ensure_valid_reflection). All unit; dot(ng, wi) >= 0. Returns n itself where it is fine.
-Vec3 valid_reflection_normal(const Vec3& ng, const Vec3& wi, const Vec3& n);
+Vec3 bent_reflection_normal(const Vec3& ng, const Vec3& wi, const Vec3& n);
+inline Vec3 valid_reflection_normal(const Vec3& ng, const Vec3& wi, const Vec3& n) {
+  return n == ng ? n : bent_reflection_normal(ng, wi, n);
+}
 
 }  // namespace lambent

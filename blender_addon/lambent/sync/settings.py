@@ -20,6 +20,7 @@ _CYCLES_NAMES = {
     "pixel_filter": "pixel_filter_type",
     "filter_width": "filter_width",
     "film_exposure": "film_exposure",
+    "light_threshold": "light_sampling_threshold",
     "caustics_reflective": "caustics_reflective",
     "caustics_refractive": "caustics_refractive",
     "preview_samples": "preview_samples",
@@ -78,7 +79,7 @@ def export_settings(edits, scene, view_layer, view, camera, world):
     }
     for name in ("max", "diffuse", "glossy", "transmission", "transparent", "volume"):
         value[f"{name}_bounces"] = effective(scene, f"{name}_bounces")
-    for name in ("clamp_direct", "clamp_indirect", "caustics_reflective", "caustics_refractive"):
+    for name in ("clamp_direct", "clamp_indirect", "light_threshold", "caustics_reflective", "caustics_refractive"):
         value[name] = effective(scene, name)
     if view.region is not None:
         value["region"] = list(view.region)

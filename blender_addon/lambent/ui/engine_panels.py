@@ -98,7 +98,7 @@ class LAMBENT_RENDER_PT_sampling_advanced(LambentPanel, bpy.types.Panel):
 
     def draw(self, context):
         column = self.split_layout().column()
-        for name in ("seed", "animated_seed"):
+        for name in ("seed", "animated_seed", "light_threshold"):
             draw_setting(column, context.scene, name)
 
 

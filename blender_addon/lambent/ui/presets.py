@@ -22,6 +22,7 @@ _SAVED = (
     "transparent_bounces",
     "clamp_direct",
     "clamp_indirect",
+    "light_threshold",
     "caustics_reflective",
     "caustics_refractive",
     "pixel_filter",

@@ -114,13 +114,10 @@ Color Kernel<profile>::visibility(const Ray& ray) {
 
 template <KernelProfile profile>
 void Kernel<profile>::next_event(const ShadingPoint& point, const SurfaceHit& hit, const Bsdf& bsdf,
-                                 const Vec3& receiver_normal, uint32_t event_index) {
+                                 const Vec3& receiver_normal, const EventNumbers& numbers) {
   const LightSet& lights = scene_.lights();
-  // A number that decides nothing is not worth its hashing.
-  const float u_select =
-      lights.sampled_lights() > 1 ? sampler_.get_1d(bounce_dimension(event_index, k_dimension_light_selection)) : 0.0f;
-  const LightSample light = lights.sample(hit.p_world, receiver_normal, u_select,
-                                          sampler_.get_2d(bounce_dimension(event_index, k_dimension_light_position)));
+  const LightSample light =
+      lights.sample(hit.p_world, receiver_normal, numbers.light_selection, numbers.light_position);
   if (!light || !(light.pdf_solid_angle > 0.0f) || bounces_.total > light.traits->max_bounces) return;
   const BsdfEval scattered = bsdf.eval(point.wi_world, light.direction_world, Transport::radiance, ReversePdf::no);
   if (is_black(scattered.f_cos)) return;
@@ -130,6 +127,11 @@ void Kernel<profile>::next_event(const ShadingPoint& point, const SurfaceHit& hi
   Color contribution = throughput_ * scattered.f_cos * radiance * (weight / light.pdf_solid_angle);
   if (is_black(contribution)) return;
   if (light.traits->shadows) {
+    const float survival = max_component(abs(contribution)) * shadow_survival_scale_;
+    if (survival < 1.0f) {
+      if (numbers.shadow_roulette >= survival) return;
+      contribution /= survival;
+    }
     const Vec3 origin = offset_origin(hit.p_world, hit.p_error, hit.ng_world, light.direction_world);
     Ray ray{origin, 0.0f, light.direction_world, k_infinity, k_visible_shadow};
     if (!light.is_infinite) {
@@ -169,6 +171,7 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
     scene_.fill_shading_point(hit, binding, -ray.direction, geometry_hit.t, cone, path_counts(), point);
 
     BsdfSample scattered;
+    float u_roulette = -1.0f;  // none: a path that ends with the next light plays no roulette on its way there
     if (bounces_.last) {
       if (program.traits().emits)
         add_surface_emission(hit, binding, ray.direction, distance, program.emission(point, scene_.textures()));
@@ -182,13 +185,11 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
       if (event_index == 0) bsdf.set_least_share(k_least_share);
       if (program.traits().emits) add_surface_emission(hit, binding, ray.direction, distance, bsdf.emission());
       if (bsdf.empty()) break;
+      const EventNumbers numbers(sampler_, event_index);
       const Vec3 receiver_normal = transmits(bsdf) ? Vec3(0.0f) : point.ng_world;
-      if (bsdf.has_non_delta() && !scene_.lights().empty()) next_event(point, hit, bsdf, receiver_normal, event_index);
-      const float u_lobe =
-          bsdf.lobes().size() > 1 ? sampler_.get_1d(bounce_dimension(event_index, k_dimension_lobe)) : 0.0f;
-      scattered =
-          bsdf.sample(point.wi_world, u_lobe, sampler_.get_2d(bounce_dimension(event_index, k_dimension_direction)),
-                      Transport::radiance, ReversePdf::no);
+      if (bsdf.has_non_delta() && !scene_.lights().empty()) next_event(point, hit, bsdf, receiver_normal, numbers);
+      scattered = bsdf.sample(point.wi_world, numbers.lobe, numbers.direction, Transport::radiance, ReversePdf::no);
+      u_roulette = numbers.roulette;
       if (scattered.event == k_scatter_none) break;
       if (!(scattered.event & k_scatter_transparent)) {
         last_ = {hit.p_world, receiver_normal, scattered.pdf_solid_angle, !(scattered.event & k_scatter_delta)};
@@ -212,10 +213,10 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
 
     // Roulette on the throughput, as Cycles does: by its square root, which keeps more of what is dim but still
     // matters.
-    if (event_index > 0) {
+    if (event_index > 0 && u_roulette >= 0.0f) {
       const float survival = std::min(1.0f, std::sqrt(max_component(abs(throughput_))));
       if (survival < 1.0f) {
-        if (sampler_.get_1d(bounce_dimension(event_index, k_dimension_roulette)) >= survival) break;
+        if (u_roulette >= survival) break;
         throughput_ /= survival;
       }
     }

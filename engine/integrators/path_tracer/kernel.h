@@ -4,8 +4,7 @@
 #include "engine/integrators/integrator.h"
 #include "engine/path/bounces.h"
 #include "engine/path/mis.h"
-#include "engine/sampling/dimension.h"
-#include "engine/sampling/sampler.h"
+#include "engine/sampling/event_numbers.h"
 
 namespace lambent::path_tracer {
 
@@ -20,7 +19,10 @@ template <KernelProfile profile>
 class Kernel {
  public:
   Kernel(const Scene& scene, const IntegratorSettings& settings, const Sampler& sampler, RayCounts& counts)
-      : scene_(scene), settings_(settings), sampler_(sampler), counts_(counts) {}
+      : scene_(scene), settings_(settings), sampler_(sampler), counts_(counts) {
+    if (settings.light_threshold > 0.0f)
+      shadow_survival_scale_ = std::fabs(settings.exposure) / settings.light_threshold;
+  }
 
   PathEstimate run(const CameraRay& camera_ray);
 
@@ -42,7 +44,7 @@ class Kernel {
   void add_surface_emission(const SurfaceHit& hit, const SurfaceBinding& binding, const Vec3& direction, float distance,
                             const Color& emission);
   void next_event(const ShadingPoint& point, const SurfaceHit& hit, const Bsdf& bsdf, const Vec3& receiver_normal,
-                  uint32_t event_index);
+                  const EventNumbers& numbers);
   Color visibility(const Ray& ray);
   PathCounts path_counts() const {
     return {bounces_.ray_kind, bounces_.total,        bounces_.diffuse,
@@ -53,6 +55,7 @@ class Kernel {
   const IntegratorSettings& settings_;
   const Sampler& sampler_;
   RayCounts& counts_;
+  float shadow_survival_scale_ = k_infinity;  ///< times a contribution: probability of tracing its shadow ray
   PathEstimate estimate_;
   Color throughput_{1.0f};
   BounceState bounces_;

@@ -83,6 +83,16 @@ double solid_angle_of(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
   return 2.0 * std::atan2(volume, 1.0 + dot(a, b) + dot(b, c) + dot(c, a));
 }
 
+/// Sine and cosine of an angle to the relative precision of float for the sine and of its square for 1 - cosine: by the
+/// half angle.
+struct SinCosDouble {
+  double sin, cos;
+};
+SinCosDouble sin_cos_double(float angle) {
+  const SinCos half = sin_cos_turn(angle * (0.5f / k_two_pi));
+  return {2.0 * static_cast<double>(half.sin) * half.cos, 1.0 - 2.0 * static_cast<double>(half.sin) * half.sin};
+}
+
 // Outside these, construction by angles is inaccurate (small) or ill-defined (a whole hemisphere).
 constexpr double k_smallest_solid_angle = 1e-5, k_largest_solid_angle = 6.2;
 // A triangle whose longest edge is below this share of its distance looks the same from everywhere on it: area will do.
@@ -96,7 +106,13 @@ SphericalTriangle::SphericalTriangle(const Vec3& p, const Vec3& a, const Vec3& b
   const float longest_edge_squared =
       std::max({length_squared(pb_ - pa_), length_squared(pc_ - pa_), length_squared(pc_ - pb_)});
   if (!(longest_edge_squared > sqr(k_near_edge_over_distance) * length_squared(centroid))) return;
-  const double solid_angle = solid_angle_of(unit(Vec3d(pa_)), unit(Vec3d(pb_)), unit(Vec3d(pc_)));
+  a_ = unit(Vec3d(pa_));
+  b_ = unit(Vec3d(pb_));
+  c_ = unit(Vec3d(pc_));
+  // As solid_angle_of; neither argument can overflow a float.
+  const float volume = static_cast<float>(std::fabs(dot(a_, cross(b_, c_))));
+  const double solid_angle =
+      2.0f * std::atan2(volume, static_cast<float>(1.0 + dot(a_, b_) + dot(b_, c_) + dot(c_, a_)));
   solid_angle_ = static_cast<float>(solid_angle);
   by_solid_angle_ = solid_angle >= k_smallest_solid_angle && solid_angle <= k_largest_solid_angle;
 }
@@ -119,15 +135,15 @@ Vec2 SphericalTriangle::barycentric_of(const Vec3& direction) const {
 
 Vec2 SphericalTriangle::sample(const Vec2& u) const {
   if (!by_solid_angle_) return sample_triangle(u);
-  const Vec3d a = unit(Vec3d(pa_)), b = unit(Vec3d(pb_)), c = unit(Vec3d(pc_));
+  const Vec3d &a = a_, &b = b_, &c = c_;
   // Angle at a, between the planes (a, b) and (a, c).
   const Vec3d toward_b = orthogonal_part(b, a), toward_c = orthogonal_part(c, a);
   const double cos_alpha = std::clamp(dot(toward_b, toward_c), -1.0, 1.0);
   const double sin_alpha = std::sqrt(std::max(1.0 - cos_alpha * cos_alpha, 0.0));
   // Arvo 1995, section 3: choose the area of the sub-triangle (a, b, c'), c' on the edge from a to c...
-  const double area = static_cast<double>(u.x) * solid_angle_of(a, b, c);
-  const double s = std::sin(area) * cos_alpha - std::cos(area) * sin_alpha;  // sin(area - alpha)
-  const double t = std::cos(area) * cos_alpha + std::sin(area) * sin_alpha;  // cos(area - alpha)
+  const SinCosDouble area = sin_cos_double(u.x * solid_angle_);
+  const double s = area.sin * cos_alpha - area.cos * sin_alpha;  // sin(area - alpha)
+  const double t = area.cos * cos_alpha + area.sin * sin_alpha;  // cos(area - alpha)
   const double cos_ab = dot(a, b);
   const double k_u = t - cos_alpha, k_v = s + sin_alpha * cos_ab;
   const double denominator = (k_v * s + k_u * t) * sin_alpha;
@@ -155,7 +171,7 @@ float SphericalTriangle::pdf_solid_angle(const Vec2& barycentric) const {
 
 Vec2 SphericalTriangle::invert(const Vec2& barycentric) const {
   if (!by_solid_angle_) return invert_triangle(barycentric);
-  const Vec3d a = unit(Vec3d(pa_)), b = unit(Vec3d(pb_)), c = unit(Vec3d(pc_));
+  const Vec3d &a = a_, &b = b_, &c = c_;
   const double b0 = barycentric.x, b1 = barycentric.y;
   const Vec3d w = unit(Vec3d(pa_) * b0 + Vec3d(pb_) * b1 + Vec3d(pc_) * (1.0 - b0 - b1));
   const Vec3d chord = w - b;
@@ -221,12 +237,10 @@ Vec2 SphericalRectangle::sample(const Vec2& u) const {
   const double cos_2 = -b1 * n3, cos_3 = -n3 * b0;
   const double sin_2 = std::sqrt(std::max(1.0 - cos_2 * cos_2, 0.0));
   const double sin_3 = std::sqrt(std::max(1.0 - cos_3 * cos_3, 0.0));
-  // k = 2 pi - g2 - g3; the angle is k + u.x · solid angle, whose second part by its half: precise where it is small.
+  // k = 2 pi - g2 - g3; the angle is k + u.x · solid angle.
   const double cos_k = cos_2 * cos_3 - sin_2 * sin_3, sin_k = -(sin_2 * cos_3 + cos_2 * sin_3);
-  const SinCos half = sin_cos_turn(u.x * solid_angle_ * (0.5f / k_two_pi));
-  const double sin_part = 2.0 * static_cast<double>(half.sin) * half.cos;
-  const double cos_part = 1.0 - 2.0 * static_cast<double>(half.sin) * half.sin;
-  const double sin_angle = sin_k * cos_part + cos_k * sin_part, cos_angle = cos_k * cos_part - sin_k * sin_part;
+  const SinCosDouble part = sin_cos_double(u.x * solid_angle_);
+  const double sin_angle = sin_k * part.cos + cos_k * part.sin, cos_angle = cos_k * part.cos - sin_k * part.sin;
   // Their c_u and f_u multiplied out, so that nothing is divided by sin_angle: 1 - b0² = z² / (y0² + z²).
   const double numerator = cos_angle * b0 - b1;
   const double under = numerator * numerator - z2 * b0_scale * sin_angle * sin_angle;

@@ -102,6 +102,7 @@ class SphericalTriangle {
   Vec2 barycentric_of(const Vec3& direction) const;
 
   Vec3 pa_, pb_, pc_;  ///< vertices relative to p
+  Vec3d a_, b_, c_;    ///< their directions; unset where the triangle is seen as small
   float solid_angle_ = 0.0f;
   bool by_solid_angle_ = false;
 };

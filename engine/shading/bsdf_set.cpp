@@ -235,6 +235,19 @@ BsdfSample Bsdf::sample(const Vec3& wi_world, float u_lobe, const Vec2& u, Trans
 
   const Lobe& lobe = lobes_[picked];
   const bool camera_is_wi = transport == Transport::radiance;
+  if (count_ == 1 && lobe.kind == LobeKind::diffuse && camera_is_wi && reverse_pdf == ReversePdf::no) {
+    // The commonest surface: f cos / pdf is the weight.
+    if (dot(lobe.n, wi_world) <= 0.0f) return result;
+    const Vec3 local = sample_cosine_hemisphere(u);
+    const Vec3 wo = normalize(Frame::from_normal(lobe.n).to_world(local));
+    if (!(local.z > 0.0f) || dot(ns_world_, wo) <= 0.0f || dot(ng_world_, wo) * dot(ng_world_, wi_world) <= 0.0f)
+      return result;
+    result.wo_world = wo;
+    result.weight = lobe.n != ns_world_ ? lobe.weight * bump_shadowing(ns_world_, lobe.n, wo) : lobe.weight;
+    result.pdf_solid_angle = local.z * k_inv_pi;
+    result.event = k_scatter_diffuse;
+    return result;
+  }
   const Frame frame = lobe_frame(lobe);
   const LobeSample sampled = sample_lobe(lobe, frame.to_local(wi_world), u_choice, u, camera_is_wi);
   if (!sampled.valid) return result;

@@ -24,44 +24,43 @@ void mix(uint32_t& a, uint32_t& b, uint32_t& c) {
   b -= a, b ^= rotate(a, 19), a += c;
   c -= b, c ^= rotate(b, 4), b += a;
 }
-uint32_t lattice_hash(const uint32_t* key, int count) {
+template <int count>
+uint32_t lattice_hash(uint32_t x, uint32_t y, uint32_t z, uint32_t w) {
   uint32_t a, b, c;
   a = b = c = 0xdeadbeefu + (static_cast<uint32_t>(count) << 2) + 13u;
-  if (count == 4) {
-    a += key[0], b += key[1], c += key[2];
+  a += x;
+  if constexpr (count > 1) b += y;
+  if constexpr (count > 2) c += z;
+  if constexpr (count == 4) {
     mix(a, b, c);
-    a += key[3];
-  } else {
-    a += key[0];
-    if (count > 1) b += key[1];
-    if (count > 2) c += key[2];
+    a += w;
   }
   final_mix(a, b, c);
   return c;
 }
 
-float signed_if(float x, uint32_t negative) { return negative ? -x : x; }
+// -x where the bit `bit` of `hash` is set. By the sign's bit: the loops over a cell's corners have no branches, so that
+// the compiler makes vector instructions of them.
+template <int bit>
+float signed_by(float x, uint32_t hash) {
+  return std::bit_cast<float>(std::bit_cast<uint32_t>(x) ^ ((hash >> bit) << 31));
+}
 
-float gradient(uint32_t hash, const float* d, int dimensions) {
-  switch (dimensions) {
-    case 1:
-      return signed_if(1.0f + static_cast<float>(hash & 7), hash & 8) * d[0];
-    case 2: {
-      const uint32_t h = hash & 7;
-      return signed_if(h < 4 ? d[0] : d[1], h & 1) + signed_if(2.0f * (h < 4 ? d[1] : d[0]), h & 2);
-    }
-    case 3: {
-      const uint32_t h = hash & 15;
-      const float u = h < 8 ? d[0] : d[1];
-      const float v = h < 4 ? d[1] : (h == 12 || h == 14) ? d[0] : d[2];
-      return signed_if(u, h & 1) + signed_if(v, h & 2);
-    }
-    default: {
-      const uint32_t h = hash & 31;
-      const float u = h < 24 ? d[0] : d[1], v = h < 16 ? d[1] : d[2], s = h < 8 ? d[2] : d[3];
-      return signed_if(u, h & 1) + signed_if(v, h & 2) + signed_if(s, h & 4);
-    }
-  }
+float gradient(uint32_t hash, float x) {
+  return signed_by<3>(1.0f + static_cast<float>(static_cast<int>(hash & 7)), hash) * x;
+}
+float gradient(uint32_t hash, float x, float y) {
+  const bool low = (hash & 7) < 4;
+  return signed_by<0>(low ? x : y, hash) + signed_by<1>(2.0f * (low ? y : x), hash);
+}
+float gradient(uint32_t hash, float x, float y, float z) {
+  const uint32_t h = hash & 15;
+  const float otherwise = (h & 13) == 12 ? x : z;  // h is 12 or 14
+  return signed_by<0>(h < 8 ? x : y, hash) + signed_by<1>(h < 4 ? y : otherwise, hash);
+}
+float gradient(uint32_t hash, float x, float y, float z, float w) {
+  const uint32_t h = hash & 31;
+  return signed_by<0>(h < 24 ? x : y, hash) + signed_by<1>(h < 16 ? y : z, hash) + signed_by<2>(h < 8 ? z : w, hash);
 }
 
 // What brings the range to about [-1, 1] (found by experiment by OSL's authors).
@@ -76,7 +75,8 @@ Vec4 offset_by_seed(const Vec4& p, float seed, int dimensions) {
   float offsets[4] = {0, 0, 0, 0};
   if (dimensions == 1) {
     const uint32_t key = std::bit_cast<uint32_t>(seed);
-    offsets[0] = 100.0f + static_cast<float>(lattice_hash(&key, 1)) * (1.0f / static_cast<float>(0xFFFFFFFFu)) * 100.0f;
+    offsets[0] =
+        100.0f + static_cast<float>(lattice_hash<1>(key, 0, 0, 0)) * (1.0f / static_cast<float>(0xFFFFFFFFu)) * 100.0f;
   } else {
     for (int i = 0; i < dimensions; ++i) offsets[i] = 100.0f + hash_floats(seed, static_cast<float>(i)) * 100.0f;
   }
@@ -108,15 +108,17 @@ float fractal(const Vec4& p, const NoiseParameters& parameters) {
 }  // namespace
 
 float hash_integers(uint32_t a, uint32_t b) {
-  const uint32_t key[2] = {a, b};
-  return static_cast<float>(lattice_hash(key, 2)) * (1.0f / static_cast<float>(0xFFFFFFFFu));
+  return static_cast<float>(lattice_hash<2>(a, b, 0, 0)) * (1.0f / static_cast<float>(0xFFFFFFFFu));
 }
 float hash_floats(float a, float b) { return hash_integers(std::bit_cast<uint32_t>(a), std::bit_cast<uint32_t>(b)); }
 
-float signed_noise(const Vec4& p, int dimensions) {
-  const float coordinates[4] = {p.x, p.y, p.z, p.w};
-  uint32_t cell[4];
-  float within[4], blend[4];
+namespace {
+
+template <int dimensions>
+float signed_noise_in(const float* coordinates) {
+  constexpr int k_corners = 1 << dimensions;
+  uint32_t cell[dimensions];
+  float within[dimensions], blend[dimensions];
   for (int i = 0; i < dimensions; ++i) {
     const float x = coordinates[i];
     if (!(std::fabs(x) < 1e9f)) return 0.0f;
@@ -125,23 +127,46 @@ float signed_noise(const Vec4& p, int dimensions) {
     const float t = within[i] = x - floored;
     blend[i] = t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f);
   }
-  float corner[16];
-  const int corners = 1 << dimensions;
-  for (int c = 0; c < corners; ++c) {
-    uint32_t key[4];
-    float d[4];
-    for (int i = 0; i < dimensions; ++i) {
-      const uint32_t far = (c >> i) & 1;
-      key[i] = cell[i] + far;
-      d[i] = within[i] - static_cast<float>(far);
-    }
-    corner[c] = gradient(lattice_hash(key, dimensions), d, dimensions);
+  // In arrays by corner, one step at a time: so the compiler vectorises each.
+  uint32_t hash[k_corners];
+  float corner[k_corners], d[dimensions][k_corners];
+  for (int i = 0; i < dimensions; ++i)
+    for (int c = 0; c < k_corners; ++c) d[i][c] = within[i] - static_cast<float>((c >> i) & 1);
+  for (int c = 0; c < k_corners; ++c) {
+    const auto key = [&](int i) { return cell[i] + static_cast<uint32_t>((c >> i) & 1); };
+    if constexpr (dimensions == 1) hash[c] = lattice_hash<1>(key(0), 0, 0, 0);
+    if constexpr (dimensions == 2) hash[c] = lattice_hash<2>(key(0), key(1), 0, 0);
+    if constexpr (dimensions == 3) hash[c] = lattice_hash<3>(key(0), key(1), key(2), 0);
+    if constexpr (dimensions == 4) hash[c] = lattice_hash<4>(key(0), key(1), key(2), key(3));
   }
-  for (int i = 0, count = corners; i < dimensions; ++i) {
+  for (int c = 0; c < k_corners; ++c) {
+    const float x = d[0][c];
+    if constexpr (dimensions == 1) corner[c] = gradient(hash[c], x);
+    if constexpr (dimensions == 2) corner[c] = gradient(hash[c], x, d[1][c]);
+    if constexpr (dimensions == 3) corner[c] = gradient(hash[c], x, d[1][c], d[2][c]);
+    if constexpr (dimensions == 4) corner[c] = gradient(hash[c], x, d[1][c], d[2][c], d[3][c]);
+  }
+  for (int i = 0, count = k_corners; i < dimensions; ++i) {
     count /= 2;
     for (int c = 0; c < count; ++c) corner[c] = lerp(corner[2 * c], corner[2 * c + 1], blend[i]);
   }
   return corner[0] * k_scale[dimensions];
+}
+
+}  // namespace
+
+float signed_noise(const Vec4& p, int dimensions) {
+  const float coordinates[4] = {p.x, p.y, p.z, p.w};
+  switch (dimensions) {
+    case 1:
+      return signed_noise_in<1>(coordinates);
+    case 2:
+      return signed_noise_in<2>(coordinates);
+    case 3:
+      return signed_noise_in<3>(coordinates);
+    default:
+      return signed_noise_in<4>(coordinates);
+  }
 }
 
 float noise_texture(const Vec4& p_in, const NoiseParameters& parameters, Color* color) {

@@ -1,12 +1,14 @@
 // A film on disk: a header, then one zstd frame (with checksum) of the exact sums. Little-endian.
 //
 //   "LMBTFILM", u32 version, u64 bytes of the header text, header text, zstd frame of
-//   sums f64[P][C], counts u32[P], second moments f64[P] and stopped u8[P] (if the header has them).
+//   sums f64[P][C], counts u32[P], second moments f64[P] and stopped u8[P] (if the header has them), light paths u64
+//   and splats i64[P][3][2] (if the header has them).
 // The header text holds the identity and the layout; it must be equal to the loading film's, byte by byte.
 #include <fmt/format.h>
 #include <unistd.h>
 #include <zstd.h>
 
+#include <algorithm>
 #include <bit>
 #include <cerrno>
 #include <cstdio>
@@ -22,7 +24,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 constexpr char k_magic[8] = {'L', 'M', 'B', 'T', 'F', 'I', 'L', 'M'};
-constexpr uint32_t k_version = 1;
+constexpr uint32_t k_version = 2;
 constexpr uint64_t k_header_limit = 1 << 20;
 constexpr int k_level = 1;  // sums of noise hardly compress; untouched regions do at any level
 
@@ -40,6 +42,7 @@ std::string header_text(const Film& film, const std::string& identity) {
   const FilmSettings& s = film.settings();
   std::string text = fmt::format("frame {} {}\nregion {} {} {} {}\nsecond_moments {}\n", s.width, s.height, s.region.x,
                                  s.region.y, s.region.width, s.region.height, s.second_moments ? 1 : 0);
+  if (film.takes_splats()) text += fmt::format("splats {:.17g}\n", s.splat_unit);
   for (const Channel& channel : s.channels) text += fmt::format("channel {} {}\n", channel.components, channel.name);
   text += "identity ";
   text += identity;
@@ -91,7 +94,14 @@ Status Film::save(const std::string& path, const std::string& identity) const {
   }
   std::vector<char> buffer(ZSTD_CStreamOutSize());
   Storage& s = *storage_;
-  const Part parts[] = {part(s.sums), part(s.counts), part(s.second_moments), part(s.stopped), {nullptr, 0}};
+  uint64_t light_paths = this->light_paths();
+  const Part parts[] = {part(s.sums),
+                        part(s.counts),
+                        part(s.second_moments),
+                        part(s.stopped),
+                        {&light_paths, s.splats ? sizeof light_paths : 0},
+                        {s.splats ? s.splats->integers() : nullptr, s.splats ? s.splats->bytes() : 0},
+                        {nullptr, 0}};
   for (const Part& p : parts) {
     const bool last = p.bytes == nullptr && &p == std::end(parts) - 1;
     ZSTD_inBuffer in{p.bytes, p.size, 0};
@@ -137,6 +147,8 @@ Status Film::load(const std::string& path, const std::string& identity) {
   std::vector<double> sums(s.sums.size()), second_moments(s.second_moments.size());
   std::vector<uint32_t> counts(s.counts.size());
   std::vector<uint8_t> stopped(s.stopped.size());
+  uint64_t light_paths = 0;
+  std::vector<int64_t> splats(s.splats ? s.splats->bytes() / sizeof(int64_t) : 0);
   const std::unique_ptr<ZSTD_DCtx, ZstdFree> context(ZSTD_createDCtx());
   if (!context) return failed("not enough memory");
   std::vector<char> buffer(ZSTD_DStreamInSize());
@@ -147,7 +159,9 @@ Status Film::load(const std::string& path, const std::string& identity) {
     return in.size > 0;
   };
   char beyond;
-  for (const Part& p : {part(sums), part(counts), part(second_moments), part(stopped), Part{&beyond, 1}}) {
+  const Part light_paths_part{&light_paths, s.splats ? sizeof light_paths : 0};
+  for (const Part& p : {part(sums), part(counts), part(second_moments), part(stopped), light_paths_part, part(splats),
+                        Part{&beyond, 1}}) {
     ZSTD_outBuffer out{p.bytes, p.size, 0};
     while (out.pos < out.size && left != 0) {
       const size_t consumed = in.pos, produced = out.pos;
@@ -164,6 +178,10 @@ Status Film::load(const std::string& path, const std::string& identity) {
   s.counts.swap(counts);
   s.second_moments.swap(second_moments);
   s.stopped.swap(stopped);
+  if (s.splats) {
+    std::copy(splats.begin(), splats.end(), s.splats->integers());
+    s.splats->set_paths(light_paths);
+  }
   mark_all_dirty();
   return Ok{};
 }

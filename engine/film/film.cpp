@@ -50,6 +50,7 @@ Result<std::shared_ptr<Film>> Film::create(const FilmSettings& settings) try {
     storage.second_moments.resize(pixels);
     storage.stopped.resize(pixels);
   }
+  if (film->takes_splats()) storage.splats = std::make_unique<SplatBuffer>(pixels, settings.splat_unit);
   film->grid_ = TileGrid(region, settings.tile_size_px, settings.tile_order);  // after what a huge picture fails on
   storage.tiles = std::vector<Storage::Tile>(static_cast<size_t>(film->grid_.count()));
   return film;
@@ -62,8 +63,21 @@ Result<std::shared_ptr<Film>> Film::create(const FilmSettings& settings) try {
 size_t Film::bytes() const {
   const Storage& s = *storage_;
   return s.sums.size() * sizeof(double) + s.counts.size() * sizeof(uint32_t) +
-         s.second_moments.size() * sizeof(double) + s.stopped.size() + s.tiles.size() * sizeof(Storage::Tile);
+         s.second_moments.size() * sizeof(double) + s.stopped.size() + s.tiles.size() * sizeof(Storage::Tile) +
+         (s.splats ? s.splats->bytes() : 0);
 }
+
+void Film::splat(int x, int y, const Color& value) {
+  if (!settings_.region.contains(x, y)) return;
+  const bool good = settings_.allow_negative || min_component(value) >= 0.0f;
+  if (good && storage_->splats->add(pixel_index(x, y), value)) return;
+  const float values[3] = {value.x, value.y, value.z};
+  reject(pixel_index(x, y), k_splat, values);
+}
+
+void Film::add_light_paths(uint64_t paths) { storage_->splats->add_paths(paths); }
+
+uint64_t Film::light_paths() const { return storage_->splats ? storage_->splats->paths() : 0; }
 
 int64_t Film::sample_count(int x, int y) const { return storage_->counts[pixel_index(x, y)]; }
 
@@ -85,12 +99,17 @@ int64_t Film::min_sample_count() const {
 void Film::read(const Rectangle& rectangle, float* rows, size_t row_stride) const {
   const Storage& s = *storage_;
   const size_t components = static_cast<size_t>(components_);
+  const uint64_t light_paths = s.splats ? s.splats->paths() : 0;
   for (int y = 0; y < rectangle.height; ++y) {
     const size_t first = pixel_index(rectangle.x, rectangle.y + y);
     float* out = rows + size_t(y) * row_stride;
     for (size_t i = first; i < first + size_t(rectangle.width); ++i) {
       const double scale = s.counts[i] ? 1.0 / s.counts[i] : 0.0;
-      for (size_t c = 0; c < components; ++c) *out++ = static_cast<float>(s.sums[i * components + c] * scale);
+      for (size_t c = 0; c < components; ++c) {
+        double value = s.sums[i * components + c] * scale;
+        if (c < 3 && light_paths > 0) value += s.splats->sum(i, static_cast<int>(c)) / static_cast<double>(light_paths);
+        *out++ = static_cast<float>(value);
+      }
     }
   }
 }

@@ -23,6 +23,9 @@ struct FilmSettings {
   std::vector<Channel> channels{{"combined", 4}};  ///< the first is the picture: premultiplied RGBA
   bool allow_negative = false;                     ///< lights of negative power: a sample may rightly be below 0
   bool second_moments = false;                     ///< needed by stop_converged() and standard_error()
+  /// A large radiance of the picture: the film takes splats (see SplatBuffer). 0: it takes none and has no memory for
+  /// them.
+  double splat_unit = 0.0;
 };
 
 /// Normalised pixels of one tile.
@@ -43,8 +46,9 @@ struct RejectedSample {
 /// neither threads nor tiles nor pauses. Invariant: a pixel's sample n is added after its samples 0..n-1, once.
 ///
 /// Threads: each tile is written by one thread at a time, through a TileWriter; reading a tile is allowed meanwhile.
-/// A sample's estimate belongs to one pixel (filters are importance-sampled). Contributions that land elsewhere (light
-/// tracing) will need a splat buffer beside these sums.
+/// A sample's estimate belongs to one pixel (filters are importance-sampled). What lands elsewhere (light tracing) goes
+/// to a SplatBuffer beside these sums, from any thread; a pixel is the mean of its samples plus its splats a light
+/// path.
 class Film {
  public:
   /// Error: a size or region that is empty or outside the frame, no channels, or not enough memory.
@@ -63,6 +67,14 @@ class Film {
   /// Fewest samples of any active pixel (of all pixels if none is active).
   int64_t min_sample_count() const;
 
+  bool takes_splats() const { return settings_.splat_unit > 0.0; }
+  /// Adds to the picture's RGB at a pixel; outside the region nothing happens. Any thread, without locks, any order:
+  /// the sums are the same. A value that is not finite, out of range or negative without allow_negative is rejected.
+  void splat(int x, int y, const Color& value);
+  /// Tells that the splats of so many more light paths are in: the number that their sums are divided by.
+  void add_light_paths(uint64_t paths);
+  uint64_t light_paths() const;
+
   /// The newest pixels of a tile. Divides by each pixel's own count; pixels without samples are 0.
   FilmTile tile(int index) const;
   /// The whole region: float[region.height][region.width][components()], row 0 at the bottom.
@@ -77,6 +89,7 @@ class Film {
   uint64_t rejected_count() const;
   std::vector<RejectedSample> rejected_samples() const;
   static constexpr size_t k_recorded = 16;
+  static constexpr int64_t k_splat = -1;  ///< RejectedSample::sample of a splat
 
   /// Adaptive sampling (noise_threshold). To be called between passes, when active pixels have `samples` samples, at
   /// the counts that is_adaptive_check() names, so that an interrupted and continued render decides the same. Pixels

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/film/film.h"
+#include "engine/film/splat_buffer.h"
 
 namespace lambent {
 
@@ -21,6 +22,8 @@ struct Film::Storage {
   std::vector<uint32_t> counts;        ///< samples added
   std::vector<double> second_moments;  ///< sums of (R+G+B)²; empty if not asked for
   std::vector<uint8_t> stopped;        ///< 1: converged, gets no more samples; empty if not asked for
+
+  std::unique_ptr<SplatBuffer> splats;  ///< null: the film takes none
 
   std::vector<Tile> tiles;
   std::atomic<uint64_t> clock{0};

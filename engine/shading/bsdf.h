@@ -42,6 +42,12 @@ struct BsdfSample {
   uint8_t event = k_scatter_none;        ///< of the sampled lobe; k_scatter_none: absorbed, path ends
   float eta = 1.0f;                      ///< transmitted over incident index if transmitted, else 1
   float roughness = 1.0f;                ///< of the sampled lobe (alpha), for footprints
+  int lobe = -1;                         ///< number of the sampled lobe in Bsdf::lobes()
+};
+
+/// How the density of a pair of directions is shared by kinds of event: shares sum to 1, or are all 0.
+struct EventShares {
+  float diffuse = 0.0f, glossy = 0.0f, transmission = 0.0f;
 };
 
 inline constexpr int k_max_lobes = 12;

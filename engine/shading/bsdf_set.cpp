@@ -246,6 +246,7 @@ BsdfSample Bsdf::sample(const Vec3& wi_world, float u_lobe, const Vec2& u, Trans
     result.weight = lobe.n != ns_world_ ? lobe.weight * bump_shadowing(ns_world_, lobe.n, wo) : lobe.weight;
     result.pdf_solid_angle = local.z * k_inv_pi;
     result.event = k_scatter_diffuse;
+    result.lobe = picked;
     return result;
   }
   const Frame frame = lobe_frame(lobe);
@@ -257,6 +258,7 @@ BsdfSample Bsdf::sample(const Vec3& wi_world, float u_lobe, const Vec2& u, Trans
   if (!transparent && (dot(ng_world_, wo) * dot(ng_world_, wi_world) > 0.0f) == sampled.transmitted) return result;
 
   result.wo_world = wo;
+  result.lobe = picked;
   result.event = event_of(lobe, sampled.transmitted);
   result.eta = transparent ? 1.0f : sampled.eta;
   result.roughness = is_microfacet(lobe.kind) ? std::sqrt(lobe.alpha_x * lobe.alpha_y) : transparent ? 0.0f : 1.0f;
@@ -283,6 +285,58 @@ BsdfSample Bsdf::sample(const Vec3& wi_world, float u_lobe, const Vec2& u, Trans
   result.pdf_solid_angle = eval_all.pdf_solid_angle;
   result.pdf_reverse_solid_angle = eval_all.pdf_reverse_solid_angle;
   if (!is_finite(result.weight)) return BsdfSample{};
+  return result;
+}
+
+BsdfEval Bsdf::eval_delta(int index, const Vec3& wi_world, const Vec3& wo_world, Transport transport) const {
+  BsdfEval result;
+  if (index < 0 || index >= count_ || !is_delta(lobes_[index])) return result;
+  const Lobe& lobe = lobes_[index];
+  const Shares& selected = shares(wi_world);
+  float total_reverse = 0.0f, share_reverse = 0.0f;
+  for (int i = 0; i < count_; ++i) {
+    const float reversed = count_ == 1 ? 1.0f : selection(lobes_[i], dot(lobes_[i].n, wo_world));
+    total_reverse += reversed;
+    if (i == index) share_reverse = reversed;
+  }
+  const float prob = selected.total > 0.0f ? selected.of[index] / selected.total : 0.0f;
+  const float prob_reverse = total_reverse > 0.0f ? share_reverse / total_reverse : 0.0f;
+  if (lobe.kind == LobeKind::transparent) return {lobe.weight, prob, prob_reverse};
+  const float cos_wi = dot(lobe.n, wi_world), cos_wo = dot(lobe.n, wo_world);
+  const bool reflects = cos_wo > 0.0f;
+  if (!(cos_wi > 0.0f) || (reflects ? lobe.kind == LobeKind::refraction : lobe.kind == LobeKind::reflection))
+    return result;
+  float prob_direction = 1.0f;
+  if (lobe.kind == LobeKind::glass) {
+    const float reflected = glass_prob_reflect(lobe, fresnel_dielectric(cos_wi, lobe.eta));
+    prob_direction = reflects ? reflected : 1.0f - reflected;
+  }
+  const float factor = adjoint(ng_world_, wi_world, wo_world, transport);
+  result.f_cos = lobe.weight * delta_value(lobe, cos_wi, cos_wo, transport == Transport::radiance) * factor;
+  result.pdf_solid_angle = prob * prob_direction;
+  result.pdf_reverse_solid_angle = prob_reverse * prob_direction;
+  if (!is_finite(result.f_cos)) return BsdfEval{};
+  return result;
+}
+
+EventShares Bsdf::event_shares(const Vec3& wi_world, const Vec3& wo_world) const {
+  EventShares result;
+  const Shares& selected = shares(wi_world);
+  float total = 0.0f;
+  for (int i = 0; i < count_; ++i) {
+    const Lobe& lobe = lobes_[i];
+    if (is_delta(lobe)) continue;
+    const float pdf =
+        selected.of[i] *
+        eval_term(lobe, ng_world_, ns_world_, wi_world, wo_world, Transport::radiance, /*reverse=*/false).pdf;
+    const bool transmitted = dot(lobe.n, wi_world) * dot(lobe.n, wo_world) < 0.0f;
+    (transmitted ? result.transmission : is_diffuse(lobe.kind) ? result.diffuse : result.glossy) += pdf;
+    total += pdf;
+  }
+  if (!(total > 0.0f) || !std::isfinite(total)) return {};
+  result.diffuse /= total;
+  result.glossy /= total;
+  result.transmission /= total;
   return result;
 }
 

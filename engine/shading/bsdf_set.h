@@ -48,6 +48,14 @@ class Bsdf {
   BsdfSample sample(const Vec3& wi_world, float u_lobe, const Vec2& u, Transport transport,
                     ReversePdf reverse = ReversePdf::yes) const;
 
+  /// Value and probabilities of delta lobe number `lobe` (of BsdfSample::lobe, perhaps of the same surface seen from
+  /// another direction) for the pair of directions that it connects: f·cos of both ends' delta as sample() weighs it
+  /// (f_cos = weight · probability), probabilities instead of densities. Zero if that lobe is not there or not delta.
+  BsdfEval eval_delta(int lobe, const Vec3& wi_world, const Vec3& wo_world, Transport transport) const;
+
+  /// Of eval()'s pdf_solid_angle for a pair: what part diffuse, glossy and transmitting lobes have. For limits by kind.
+  EventShares event_shares(const Vec3& wi_world, const Vec3& wo_world) const;
+
   /// A lobe has a density, so that next-event estimation is worth a ray.
   bool has_non_delta() const { return has_non_delta_; }
   /// Some lobe scatters or transmits.

@@ -274,6 +274,22 @@ inline LobeValue eval_lobe(const Lobe& lobe, const Vec3& wi, const Vec3& wo, boo
   return value;
 }
 
+/// f·cos of a delta lobe (not transparent) for cosines of the pair that it connects, wi's above 0; without the lobe's
+/// weight, and not divided by any probability.
+inline Color delta_value(const Lobe& lobe, float cos_wi, float cos_wo, bool camera_is_wi) {
+  const bool reflects = cos_wo > 0.0f;
+  Color value = camera_factor(lobe, camera_is_wi ? cos_wi : cos_wo);
+  if (lobe.kind == LobeKind::glass) {
+    const float f = fresnel_dielectric(cos_wi, lobe.eta);
+    value *= reflects ? lobe.f0 * f : lobe.f90 * (1.0f - f);
+  } else if (reflects) {
+    value *= facet_reflectance(lobe, cos_wi, lobe.eta);
+  }
+  // With the camera at wo the delta is in wi: dω_wi/dω_wo turns it into one in wo (lobe.h; Veach 1997, ch. 5.2)
+  if (!reflects && !camera_is_wi) value *= std::fabs(cos_wi / cos_wo) / sqr(lobe.eta);
+  return value;
+}
+
 /// Samples wo given wi on n's side (wi.z > 0). @param u_choice in [0, 1): glass's choice.
 inline LobeSample sample_lobe(const Lobe& lobe, const Vec3& wi, float u_choice, const Vec2& u, bool camera_is_wi) {
   LobeSample sample;
@@ -302,8 +318,7 @@ inline LobeSample sample_lobe(const Lobe& lobe, const Vec3& wi, float u_choice, 
       break;
     default: {
       const bool delta = is_delta(lobe);
-      const Microfacets facets(lobe);
-      const Vec3 m = delta ? Vec3(0, 0, 1) : facets.sample_normal(wi, u);
+      const Vec3 m = delta ? Vec3(0, 0, 1) : Microfacets(lobe).sample_normal(wi, u);
       const float cos_m = dot(wi, m);
       if (!(cos_m > 0.0f)) return sample;
       bool reflects = lobe.kind == LobeKind::reflection;
@@ -323,17 +338,7 @@ inline LobeSample sample_lobe(const Lobe& lobe, const Vec3& wi, float u_choice, 
         sample.transmitted = true;
         sample.eta = lobe.eta;
       }
-      if (delta) {
-        const float camera_cos = camera_is_wi ? wi.z : sample.wo.z;
-        Color value = camera_factor(lobe, camera_cos);
-        if (lobe.kind == LobeKind::glass)
-          value *= (reflects ? lobe.f0 * f : lobe.f90 * (1.0f - f)) * (1.0f / sample.prob);
-        else if (reflects)
-          value *= facet_reflectance(lobe, cos_m, lobe.eta);
-        // With the camera at wo the delta is in wi: dω_wi/dω_wo turns it into one in wo (lobe.h; Veach 1997, ch. 5.2)
-        if (!reflects && !camera_is_wi) value *= std::fabs(wi.z / sample.wo.z) / sqr(lobe.eta);
-        sample.delta_f = value;
-      }
+      if (delta) sample.delta_f = delta_value(lobe, wi.z, sample.wo.z, camera_is_wi) * (1.0f / sample.prob);
     }
   }
   sample.valid = true;

@@ -5,21 +5,6 @@
 
 namespace lambent::path_tracer {
 
-namespace {
-
-/// Of the samples at what the camera sees directly, for each lobe (Cycles: defensive sampling, the same share).
-constexpr float k_least_share = 0.125f;
-
-/// Whether some lobe sends light through the surface: then lights on both sides matter.
-bool transmits(const Bsdf& bsdf) {
-  for (const Lobe& lobe : bsdf.lobes())
-    if (lobe.kind == LobeKind::translucent || lobe.kind == LobeKind::refraction || lobe.kind == LobeKind::glass)
-      return true;
-  return false;
-}
-
-}  // namespace
-
 template <KernelProfile profile>
 void Kernel<profile>::add(const Color& contribution, bool indirect) {
   const float limit = indirect ? settings_.clamp_indirect : settings_.clamp_direct;
@@ -86,30 +71,12 @@ void Kernel<profile>::add_surface_emission(const SurfaceHit& hit, const SurfaceB
   add(throughput_ * emission * weight, bounces_.total > 1);
 }
 
-/// Transmittance of the segment: 1 or 0, or with transparent surfaces the product of theirs.
 template <KernelProfile profile>
 Color Kernel<profile>::visibility(const Ray& ray) {
   ++counts_.rays;
-  if constexpr (!k_transparency) {
-    return Color(scene_.geometry().occluded(ray) ? 0.0f : 1.0f);
-  } else {
-    Color transmittance(1.0f);
-    int surfaces = bounces_.transparent;
-    const Vec3 wi = -normalize(ray.direction);
-    PathCounts counts = path_counts();
-    counts.ray_kind = k_ray_shadow;
-    const bool blocked = scene_.geometry().occluded(ray, [&](const Hit& hit) {
-      if (++surfaces > settings_.bounces.transparent) return false;
-      const SurfaceHit surface = scene_.geometry().surface(hit);
-      const SurfaceBinding& binding = scene_.binding(hit.instance, surface.material_slot);
-      if (!binding.program->traits().may_be_transparent) return false;
-      ShadingPoint point;
-      scene_.fill_shading_point(surface, binding, wi, hit.t * length(ray.direction), {}, counts, point);
-      transmittance *= binding.program->transparency(point, scene_.textures());
-      return !is_black(transmittance);
-    });
-    return blocked ? Color(0.0f) : transmittance;
-  }
+  PathCounts counts = path_counts();
+  counts.ray_kind = k_ray_shadow;
+  return segment_transmittance<k_transparency>(scene_, ray, counts, settings_.bounces.transparent);
 }
 
 template <KernelProfile profile>
@@ -182,11 +149,11 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
     } else {
       program.evaluate(point, scene_.textures(), bsdf);
       // What the camera sees directly: no lobe may be so rare that it shows as dots.
-      if (event_index == 0) bsdf.set_least_share(k_least_share);
+      if (bounces_.ray_kind & k_ray_camera) bsdf.set_least_share(k_camera_least_share);
       if (program.traits().emits) add_surface_emission(hit, binding, ray.direction, distance, bsdf.emission());
       if (bsdf.empty()) break;
       const EventNumbers numbers(sampler_, event_index);
-      const Vec3 receiver_normal = transmits(bsdf) ? Vec3(0.0f) : point.ng_world;
+      const Vec3 receiver_normal = light_receiver_normal(bsdf, point.ng_world);
       if (bsdf.has_non_delta() && !scene_.lights().empty()) next_event(point, hit, bsdf, receiver_normal, numbers);
       scattered = bsdf.sample(point.wi_world, numbers.lobe, numbers.direction, Transport::radiance, ReversePdf::no);
       u_roulette = numbers.roulette;

@@ -4,6 +4,8 @@
 #include "engine/integrators/integrator.h"
 #include "engine/path/bounces.h"
 #include "engine/path/mis.h"
+#include "engine/path/surface.h"
+#include "engine/path/transmittance.h"
 #include "engine/sampling/event_numbers.h"
 
 namespace lambent::path_tracer {

@@ -1,0 +1,48 @@
+// Sums of contributions that land on any pixel (light tracing), exact and independent of their order.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include "engine/base/vec.h"
+
+namespace lambent {
+
+/// RGB sums of a rectangle of pixels in fixed point: integers add to the same sum in any order, so the picture depends
+/// on neither threads nor tiles, and adding takes no lock. A value is split into a multiple of unit · 2^-16 and a rest
+/// in multiples of unit · 2^-52; each has its own 64-bit sum, so that reading while others add shows at worst a part
+/// of one splat. 48 bytes a pixel.
+///
+/// Range: values below unit · 2^40 in magnitude, sums below unit · 2^47; what is smaller than unit · 2^-53 is lost.
+class SplatBuffer {
+ public:
+  /// @param unit a large radiance of the picture; rounded to a power of two. Not positive or not finite: 1
+  SplatBuffer(size_t pixels, double unit);
+
+  /// False, and nothing is added, if a component is not finite or out of range. Any thread.
+  bool add(size_t pixel, const Color& value);
+  /// Sum of channel 0, 1 or 2.
+  double sum(size_t pixel, int channel) const;
+
+  /// Light paths whose splats are all added: what sums are divided by.
+  void add_paths(uint64_t paths) { paths_.fetch_add(paths, std::memory_order_release); }
+  uint64_t paths() const { return paths_.load(std::memory_order_acquire); }
+
+  size_t bytes() const { return pixels_ * k_integers * sizeof(int64_t); }
+  /// The raw sums, for checkpoints: int64[pixels][3][coarse, fine].
+  int64_t* integers() { return reinterpret_cast<int64_t*>(sums_.get()); }
+  void set_paths(uint64_t paths) { paths_.store(paths); }
+
+ private:
+  static constexpr size_t k_integers = 6;
+  static_assert(sizeof(std::atomic<int64_t>) == sizeof(int64_t) && std::atomic<int64_t>::is_always_lock_free);
+
+  size_t pixels_;
+  double unit_;
+  std::unique_ptr<std::atomic<int64_t>[]> sums_;
+  std::atomic<uint64_t> paths_{0};
+};
+
+}  // namespace lambent

@@ -1,0 +1,34 @@
+// What lies between two points of a path.
+#pragma once
+
+#include "engine/scene/scene.h"
+
+namespace lambent {
+
+/// Transmittance of the segment that `ray` spans: 1 or 0, or with transparent surfaces the product of theirs.
+/// @param transparency false: the scene has none, so that one occlusion query answers (KernelProfile::solid)
+/// @param counts where the path stands, for surfaces that ask; ray_kind is what the surfaces take the ray for
+/// @param limit transparent surfaces that a path may pass, those in counts.transparent included
+template <bool transparency>
+Color segment_transmittance(const Scene& scene, const Ray& ray, const PathCounts& counts, int limit) {
+  if constexpr (!transparency) {
+    return Color(scene.geometry().occluded(ray) ? 0.0f : 1.0f);
+  } else {
+    Color transmittance(1.0f);
+    int surfaces = counts.transparent;
+    const Vec3 wi = -normalize(ray.direction);
+    const bool blocked = scene.geometry().occluded(ray, [&](const Hit& hit) {
+      if (++surfaces > limit) return false;
+      const SurfaceHit surface = scene.geometry().surface(hit);
+      const SurfaceBinding& binding = scene.binding(hit.instance, surface.material_slot);
+      if (!binding.program->traits().may_be_transparent) return false;
+      ShadingPoint point;
+      scene.fill_shading_point(surface, binding, wi, hit.t * length(ray.direction), {}, counts, point);
+      transmittance *= binding.program->transparency(point, scene.textures());
+      return !is_black(transmittance);
+    });
+    return blocked ? Color(0.0f) : transmittance;
+  }
+}
+
+}  // namespace lambent

@@ -12,6 +12,24 @@ Compiler::Compiler(const ShaderGraph& graph, Subject subject, const std::string&
   program_->world = subject == Subject::world;
 }
 
+namespace {
+
+bool reads_view(Op op) {
+  switch (op) {
+    case Op::incoming:
+    case Op::reflection:
+    case Op::fresnel:
+    case Op::layer_weight_fresnel:
+    case Op::layer_weight_facing:
+      return true;
+    default:
+      return false;
+  }
+}
+bool reads_path(Op op) { return op == Op::light_path || op == Op::view_distance; }
+
+}  // namespace
+
 // --- Reading the graph -----------------------------------------------------------------------------------------------
 
 std::string Compiler::subject_text(int index) const {
@@ -371,6 +389,14 @@ std::shared_ptr<const Program> Compiler::finish() {
     report_.error("unsupported", name_, "The shader of '" + name_ + "' is too large; a grey one takes its place.");
     return default_material();
   }
+  for (const auto* list : {&surface_, &transparency_})
+    for (const Expressions::Closure& closure : *list) {
+      const ClosureUse& use = program_->closures[closure.index];
+      traits.path_dependent |= expressions_.depends_on(closure.operands, reads_path);
+      if (use.kind == ClosureKind::emission) continue;
+      const bool layered = closure_depends_on_view(use.kind) && !use.constant;
+      traits.view_dependent |= layered || expressions_.depends_on(closure.operands, reads_view);
+    }
   if (traits.emits) {
     traits.constant_emission = true;
     Color sum(0.0f);

@@ -264,6 +264,70 @@ TEST(Compiler, supported_types_compile_without_a_message_for_their_defaults) {
   }
 }
 
+ProgramTraits traits_of(std::vector<GraphNode> nodes) {
+  return Compiled(make_graph(std::move(nodes))).program->traits();
+}
+
+TEST(Compiler, lobes_that_read_the_view_are_view_dependent) {
+  for (const auto& [type, socket] : std::vector<std::pair<std::string, std::string>>{{"LayerWeight", "Facing"},
+                                                                                     {"LayerWeight", "Fresnel"},
+                                                                                     {"Fresnel", "Fac"},
+                                                                                     {"NewGeometry", "Incoming"},
+                                                                                     {"TexCoord", "Reflection"}}) {
+    const ProgramTraits traits =
+        traits_of({make_node(type), make_node("BsdfDiffuse", {{"Color", GraphLink{0, socket}}})});
+    EXPECT_TRUE(traits.view_dependent) << type << " " << socket;
+    EXPECT_FALSE(traits.path_dependent) << type << " " << socket;
+  }
+  EXPECT_FALSE(traits_of({make_node("NewGeometry"), make_node("BsdfDiffuse", {{"Color", GraphLink{0, "Position"}}})})
+                   .view_dependent);
+}
+
+TEST(Compiler, the_layers_of_principled_2_are_view_dependent_and_principled_1_is_not) {
+  EXPECT_TRUE(traits_of({make_node("BsdfPrincipled", {}, {{"generation", 2.0f}})}).view_dependent);
+  EXPECT_FALSE(traits_of({make_node("BsdfPrincipled", {}, {{"generation", 1.0f}})}).view_dependent);
+}
+
+TEST(Compiler, transparency_that_reads_the_view_is_view_dependent) {
+  EXPECT_TRUE(traits_of({make_node("LayerWeight"), make_node("BsdfTransparent", {{"Color", GraphLink{0, "Facing"}}})})
+                  .view_dependent);
+}
+
+TEST(Compiler, emission_that_reads_the_view_leaves_the_lobes_independent_of_it) {
+  ShaderGraph graph = make_graph(
+      {make_node("LayerWeight"), make_node("Emission", {{"Color", rgb(1, 1, 1)}, {"Strength", GraphLink{0, "Facing"}}}),
+       make_node("BsdfDiffuse"),
+       make_node("AddShader", {{"Shader", GraphLink{1, "Emission"}}, {"Shader_001", GraphLink{2, "BSDF"}}})});
+  graph.surface = GraphLink{3, "Shader"};
+  const Compiled compiled(graph);
+  EXPECT_TRUE(compiled.program->traits().emits);
+  EXPECT_FALSE(compiled.program->traits().view_dependent);
+}
+
+TEST(Compiler, light_path_makes_lobes_and_emission_path_dependent) {
+  EXPECT_TRUE(traits_of({make_node("LightPath"), make_node("BsdfDiffuse", {{"Color", GraphLink{0, "Is Camera Ray"}}})})
+                  .path_dependent);
+  ShaderGraph graph =
+      make_graph({make_node("LightPath"), make_node("Emission", {{"Strength", GraphLink{0, "Ray Depth"}}})});
+  graph.surface = GraphLink{1, "Emission"};
+  EXPECT_TRUE(Compiled(graph).program->traits().path_dependent);
+  EXPECT_FALSE(traits_of({make_node("BsdfDiffuse")}).path_dependent);
+}
+
+TEST(Compiler, dead_parts_of_the_graph_do_not_count_for_the_traits) {
+  // The mix is decided by a constant: the layered side, which reads path and view, is never compiled.
+  ShaderGraph graph = make_graph(
+      {make_node("LightPath"), make_node("LayerWeight"),
+       make_node("BsdfGlossy", {{"Roughness", GraphLink{0, "Ray Length"}}, {"Color", GraphLink{1, "Facing"}}}),
+       make_node("BsdfDiffuse"),
+       make_node("MixShader",
+                 {{"Fac", 1.0f}, {"Shader", GraphLink{2, "BSDF"}}, {"Shader_001", GraphLink{3, "BSDF"}}})});
+  graph.surface = GraphLink{4, "Shader"};
+  const ProgramTraits traits = Compiled(graph).program->traits();
+  EXPECT_FALSE(traits.view_dependent);
+  EXPECT_FALSE(traits.path_dependent);
+}
+
 TEST(Compiler, both_generations_of_principled_reflect_their_base_colour) {
   for (const float generation : {1.0f, 2.0f}) {
     const Compiled compiled(

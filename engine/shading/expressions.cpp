@@ -107,6 +107,17 @@ Operand Expressions::constant_operand(const Value& value) {
   return ~static_cast<Operand>(place->second);
 }
 
+bool Expressions::depends_on(const std::vector<Value>& values, bool (*of_kind)(Op op)) const {
+  std::vector<bool> reached(nodes_.size(), false);
+  for (const Value& value : values) reached[value.expression] = true;
+  for (int n = static_cast<int>(nodes_.size()) - 1; n >= 0; --n) {  // arguments come before what they are for
+    if (!reached[n] || nodes_[n].constant) continue;
+    if (of_kind(nodes_[n].op)) return true;
+    for (const Value& argument : nodes_[n].arguments) reached[argument.expression] = true;
+  }
+  return false;
+}
+
 bool Expressions::generate(const std::vector<Closure>& closures, Code& code) {
   // Order: for each closure its not yet ordered values, arguments first (nodes_ is in topological order).
   struct Step {

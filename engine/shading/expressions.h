@@ -45,6 +45,9 @@ class Expressions {
   /// any more. False if more than k_max_registers are needed at once.
   bool generate(const std::vector<Closure>& closures, Code& code);
 
+  /// True if an operation for which `of_kind` holds is among those that the values are computed from.
+  bool depends_on(const std::vector<Value>& values, bool (*of_kind)(Op op)) const;
+
   /// How many operations were written, for tests.
   size_t size() const { return nodes_.size(); }
 

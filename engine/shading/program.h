@@ -25,7 +25,13 @@ struct ProgramTraits {
   bool may_be_transparent = false;   ///< transparency is not always zero: shadow rays must ask
   bool needs_differentials = false;  ///< bump, filtered textures
   bool scatters = false;             ///< has lobes besides emission and transparency
-  float sun_angle_rad = 0.0f;        ///< worlds: whole angle of a sun's disc in the sky, which a map may miss; 0: none
+  /// The lobes or the transparency change with the direction towards the camera (Layer Weight, Fresnel, Incoming, the
+  /// layers of Principled 2), so that a walk from a light must evaluate again for the direction in which it connects.
+  /// Not counted: the side of the surface that is seen, and what bends bumped normals back towards the view.
+  bool view_dependent = false;
+  /// The lobes, the transparency or the emission change with the path that led here (Light Path).
+  bool path_dependent = false;
+  float sun_angle_rad = 0.0f;  ///< worlds: whole angle of a sun's disc in the sky, which a map may miss; 0: none
   Vec3 sun_direction_world{0, 0, 1};
 };
 

@@ -178,6 +178,10 @@ void visit_settings(V& visitor, T& value) {
   visitor.number("light_threshold", value.light_threshold);
   visitor.boolean("caustics_reflective", value.caustics_reflective);
   visitor.boolean("caustics_refractive", value.caustics_refractive);
+  visitor.number("merge_radius_px", value.merge_radius_px);
+  visitor.number("merge_alpha", value.merge_alpha);
+  visitor.integer("shared_light_paths", value.shared_light_paths, 1, 4096);
+  visitor.number("clamp_connection", value.clamp_connection);
   visitor.integer("tile_size_px", value.tile_size_px, 8, 4096);
   visitor.strings("passes", value.passes);
   visitor.integer("threads", value.threads, 0, 4096);

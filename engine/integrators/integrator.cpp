@@ -1,15 +1,37 @@
 #include "engine/integrators/integrator.h"
 
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "engine/integrators/bidirectional/bidirectional.h"
 #include "engine/integrators/path_tracer/path_tracer.h"
 
 namespace lambent {
 
-std::vector<std::string> integrator_names() { return {"PT"}; }
+std::vector<std::string> integrator_names() {
+  std::vector<std::string> names{"PT"};
+  for (const NamedTechniques& family : k_bidirectional) names.emplace_back(family.name);
+  return names;
+}
 
 Result<std::unique_ptr<Integrator>> make_integrator(const std::string& name, std::shared_ptr<const Scene> scene,
                                                     const IntegratorSettings& settings) {
   if (name == "PT") return make_path_tracer(std::move(scene), settings);
-  return Error{"There is no integrator '" + name + "' in this version; it offers PT"};
+  if (const TechniqueSet* set = find_techniques(name)) return make_bidirectional(std::move(scene), settings, *set);
+  return Error{fmt::format("There is no integrator '{}' in this version; it offers {}", name,
+                           fmt::join(integrator_names(), ", "))};
+}
+
+double splat_unit(const std::string& name, const Scene& scene, float exposure) {
+  const TechniqueSet* set = find_techniques(name);
+  if (!set || !set->light_tracing) return 0.0;
+  // Radiance of a scene-sized diffuse wall that gets all light, and room for 256 times that.
+  const double radius = scene.lights().scene_radius();
+  const double unit =
+      256.0 * scene.lights().flux() / (std::numbers::pi * radius * radius) * std::fabs(static_cast<double>(exposure));
+  return unit > 0.0 && std::isfinite(unit) ? unit : 1.0;
 }
 
 }  // namespace lambent

@@ -8,6 +8,7 @@
 
 #include "engine/base/cancel.h"
 #include "engine/film/film.h"
+#include "engine/path/technique.h"
 #include "engine/sampling/filter.h"
 #include "engine/scene/scene.h"
 
@@ -28,6 +29,25 @@ struct BounceLimits {
   int total = 12, diffuse = 4, glossy = 4, transmission = 12, transparent = 8;
 };
 
+/// What one camera sample sees: premultiplied, exposure not applied.
+struct PathEstimate {
+  Color radiance{0.0f};
+  float transparency = 0.0f;  ///< share of the sample that saw the (transparent) film behind the scene
+};
+
+/// Sees every contribution of the bidirectional family before it is summed: for debugging light transport. Called by
+/// several threads.
+class ContributionObserver {
+ public:
+  virtual ~ContributionObserver() = default;
+  /// @param raster_px where on the full frame; a camera sample's pixel centre
+  /// @param contribution unweighted; what a sample of the pixel (light tracing: all that one light path a pixel adds
+  ///        per px²) gets, exposure not applied
+  /// @param vertices n of technique.h  @param camera_vertices of them made by the camera walk (merging: i)
+  virtual void on_contribution(const Vec2& raster_px, const Color& contribution, float weight, Technique technique,
+                               int vertices, int camera_vertices) = 0;
+};
+
 struct IntegratorSettings {
   uint32_t seed = 0;
   BounceLimits bounces;
@@ -39,17 +59,34 @@ struct IntegratorSettings {
   float light_threshold = 0.0f;
   float clamp_direct = 0.0f, clamp_indirect = 0.0f;  ///< largest sum of R, G, B of a contribution; 0: no clamping
   bool caustics_reflective = true, caustics_refractive = true;
+  // The bidirectional family's own.
+  float merge_radius_px = 2.0f;   ///< radius of the first pass, in widths of a pixel at the first hit; 0: no merging
+  float merge_alpha = 0.75f;      ///< radius of pass k: times k^((alpha - 1) / 2); 1: fixed
+  int shared_light_paths = 16;    ///< VPL: light paths of a pass, which all pixels share
+  float clamp_connection = 0.0f;  ///< VPL: largest sum of R, G, B that one connection adds; 0: no clamping
+  std::shared_ptr<ContributionObserver> observer;
+  int threads = 0;  ///< for work between passes that the session does not hand out; 0: all
   /// The kernel to use; must cover the scene's profile. A test renders with both and compares.
   KernelProfile profile = KernelProfile::solid;
 };
 
-/// Renders one scene with one algorithm. Immutable; render_tile is called by several threads at the same time.
+/// Renders one scene with one algorithm. render_tile and run_piece are called by several threads at the same time.
 class Integrator {
  public:
   virtual ~Integrator() = default;
+  /// To be called once, before anything else, with the film that the others will get.
+  virtual void prepare(Film&) {}
   /// Adds samples to every active pixel of a tile until each has `target_samples`, or the flag is set (polled between
   /// pixels). A pixel that has some samples already continues with its next one.
-  virtual RayCounts render_tile(Film& film, int tile, int64_t target_samples, const CancelFlag& cancel) const = 0;
+  virtual RayCounts render_tile(Film& film, int tile, int64_t target_samples, const CancelFlag& cancel) = 0;
+
+  /// Stages of work that come before the tiles of each sample, one stage after the other, with nothing else running
+  /// in between; then passes are of one sample each. 0: there are none, passes overlap.
+  virtual int stages() const { return 0; }
+  /// Prepares a stage of the pass that brings pixels to `sample` + 1 samples. Returns its number of pieces. Short;
+  /// called by one thread while nothing runs.
+  virtual int begin_stage(Film& film, int64_t sample, int stage) { return 0; }
+  virtual RayCounts run_piece(Film& film, int64_t sample, int stage, int piece, const CancelFlag& cancel) { return {}; }
 };
 
 /// Error: there is no integrator of that name.
@@ -57,5 +94,7 @@ Result<std::unique_ptr<Integrator>> make_integrator(const std::string& name, std
                                                     const IntegratorSettings& settings);
 /// Names that make_integrator knows.
 std::vector<std::string> integrator_names();
+/// FilmSettings::splat_unit for that integrator and scene: 0 if it makes no splats.
+double splat_unit(const std::string& name, const Scene& scene, float exposure);
 
 }  // namespace lambent

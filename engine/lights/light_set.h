@@ -109,6 +109,8 @@ class LightSet {
   /// Centre and radius of the sphere around the scene, as given to the builder.
   const Vec3& scene_center() const { return scene_center_; }
   float scene_radius() const { return scene_radius_; }
+  /// Estimate of all light's flux into the scene, W, by magnitude of luminance; 0 without lights.
+  double flux() const { return flux_; }
   const LightTree& tree() const { return tree_; }
 
  private:
@@ -159,6 +161,7 @@ class LightSet {
   std::vector<LightIndex> infinite_sampled_;  ///< that sample() can choose
   std::vector<float> infinite_irradiance_;    ///< relative to the tree's intensities, by infinite_sampled_
   std::vector<float> emission_cdf_;           ///< by group: the tree, then infinite_sampled_
+  double flux_ = 0.0;
   Vec3 scene_center_{0.0f};
   float scene_radius_ = 0.0f;
   size_t sampled_ = 0;

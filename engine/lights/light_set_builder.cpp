@@ -209,6 +209,7 @@ std::shared_ptr<const LightSet> LightSetBuilder::build(Report& report) {
     double running = 0.0;
     for (const double f : flux) set->emission_cdf_.push_back(static_cast<float>((running += f) / total));
     set->emission_cdf_.back() = 1.0f;
+    set->flux_ = total;
   }
 
   set->lamp_bvh_ = LampBvh(set->lamps_, std::move(sized));

@@ -87,7 +87,7 @@ float sum_of_ratios(const PathPdfs& pdfs, const TechniqueSet& set, const Techniq
     connection_term(start, q);
   }
   for (; i >= 1; --i) {
-    if (l[i] == 0.0f) break;
+    if (l[i] == 0.0f || !(flags[i] & k_light_arrives)) break;
     merge_term(i, q * l[i]);
     if (!(flags[i] & k_light_scatters)) break;
     q *= l[i] / c[i];

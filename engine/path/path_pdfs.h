@@ -28,7 +28,8 @@ namespace lambent {
 /// Facts about a vertex that decide which techniques exist.
 enum PathVertexFlag : uint8_t {
   k_connectible = 1,     ///< the path's event there has a density
-  k_light_scatters = 2,  ///< light walks may scatter there
+  k_light_arrives = 2,   ///< light walks may get there ...
+  k_light_scatters = 4,  ///< ... and go on from there
 };
 
 /// Grows as the walks go; reused from path to path. One thread's.

@@ -153,6 +153,18 @@ Color Scene::triangle_radiance(uint32_t instance, uint32_t primitive, const Vec2
   return material.program->emission(point, textures_.get());
 }
 
+Color Scene::emitted_radiance(const EmissionSample& emission) const {
+  if (!emission.traits->program) return emission.radiance;
+  // Walks start only where emission does not depend on the path (LightTraits::starts_walks): any will do.
+  const PathCounts counts{k_ray_diffuse, 1, 1, 0, 0, 0};
+  if (lights_->kind(emission.light) == LightKind::triangle)
+    return triangle_radiance(emission.instance, emission.triangle, emission.uv, emission.direction_world, k_infinity,
+                             counts);
+  return programmed_radiance(emission.light, -emission.direction_world,
+                             emission.is_infinite ? k_infinity : lights_->scene_radius(), emission.p_light_world,
+                             emission.n_light_world, emission.uv, emission.radiance, *emission.traits, counts);
+}
+
 SceneStatistics Scene::statistics() const {
   SceneStatistics result;
   result.triangles = geometry_->triangle_count();

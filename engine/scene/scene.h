@@ -73,6 +73,11 @@ class Scene {
   void fill_shading_point(const SurfaceHit& hit, const SurfaceBinding& binding, const Vec3& wi_world, float ray_length,
                           const RayCone& cone, const PathCounts& counts, ShadingPoint& point) const;
 
+  /// About one pixel at a point that the camera sees, for walks that do not come from it.
+  RayCone footprint_at(const Vec3& p_world) const {
+    return {pixel_width_m_ + pixel_spread_ * length(p_world - camera_.origin()), 0.0f};
+  }
+
   /// Radiance of the world along unit `direction_world` as seen by rays of `ray_kind`, black without a world program.
   Color environment(const Vec3& direction_world, const PathCounts& counts) const;
 
@@ -90,6 +95,8 @@ class Scene {
     return triangle_radiance(sample.instance, sample.triangle, sample.uv, -sample.direction_world, sample.distance_m,
                              counts);
   }
+  /// The same for a ray that leaves a light: along it for radiance, else of EmissionSample's measure.
+  Color emitted_radiance(const EmissionSample& emission) const;
   /// Light of the emissive triangle at a hit; k_no_light if it is not sampled.
   LightIndex light_at(const SurfaceHit& hit) const { return lights_->find_triangle(hit.instance, hit.primitive); }
 
@@ -119,6 +126,7 @@ class Scene {
   SceneProfile profile_;
   Vec3d origin_shift_{0.0};
   bool subtracts_light_ = false;
+  float pixel_width_m_ = 0.0f, pixel_spread_ = 0.0f;  ///< at the middle of the frame
 };
 
 }  // namespace lambent

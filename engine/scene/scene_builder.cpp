@@ -294,6 +294,11 @@ Result<std::shared_ptr<const Scene>> SceneBuilder::build(const SceneDescription&
       Camera::create(camera_spec(*camera->second, settings, build.scene->origin_shift_));
   if (!shifted_camera) return Error{shifted_camera.error()};
   build.scene->camera_ = *shifted_camera;
+  const CameraRay middle = shifted_camera->sample_ray(
+      {0.5f * static_cast<float>(shifted_camera->width_px()), 0.5f * static_cast<float>(shifted_camera->height_px())},
+      {0.5f, 0.5f});
+  build.scene->pixel_width_m_ = middle.width_m;
+  build.scene->pixel_spread_ = middle.spread;
 
   const Result<std::shared_ptr<const Geometry>> geometry =
       state.geometry.build(build.geometry_objects, GeometryOptions{}, cancel, report);

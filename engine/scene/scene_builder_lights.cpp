@@ -69,7 +69,9 @@ void SceneBuilder::State::add_lamps(Build& build, LightSetBuilder& set) {
       } else {
         lamp.traits.program = true;
       }
+      lamp.traits.starts_walks = !traits.path_dependent;
     }
+    lamp.traits.starts_walks = lamp.traits.starts_walks && lamp.traits.shadows;
     build.scene->subtracts_light_ |= min_component(lamp.energy) < 0.0f;
     for (const Transform& transform : instance_transforms(*object, build.scene->origin_shift_)) {
       lamp.world_from_light = transform;
@@ -103,6 +105,7 @@ void SceneBuilder::State::add_emissive_meshes(Build& build, LightSetBuilder& set
       emission.radiance = traits.emission;
       scene.subtracts_light_ |= min_component(traits.emission) < 0.0f;
       emission.traits.program = !traits.constant_emission;
+      emission.traits.starts_walks = traits.constant_emission || !traits.path_dependent;
       emission.traits.hidden_from = ~object.visibility & k_visible_all;
       emissions[slot] = set.add_emission(emission);
     }
@@ -155,6 +158,7 @@ void SceneBuilder::State::add_world(Build& build, LightSetBuilder& set) {
     }
     light = world_map.second;
     light.traits.program = true;
+    light.traits.starts_walks = !program->traits().path_dependent;
   }
   light.traits.hidden_from = ~visibility_mask(found->second->visibility) & k_visible_all;
   set.set_environment(std::move(light));

@@ -25,6 +25,7 @@ Render::Render(WorkerPool& pool, std::shared_ptr<Film> film, std::unique_ptr<Int
       cancel_(cancel),
       tile_finished_(std::move(tile_finished)),
       tile_busy_(static_cast<size_t>(film_->tiles().count()), 0) {
+  integrator_->prepare(*film_);
   target_ = film_->min_sample_count();
   begin_next_pass();
 }
@@ -34,27 +35,52 @@ double Render::elapsed_s() const { return std::chrono::duration<double>(Clock::n
 void Render::begin_next_pass() {
   if (is_adaptive_check(goal_.noise_threshold, target_) && film_->stop_converged(goal_.noise_threshold, target_) == 0)
     exhausted_ = true;
-  const int64_t next = next_target(target_, goal_.samples);
+  const bool one_by_one = integrator_->stages() > 0;
+  const int64_t next =
+      one_by_one && (goal_.samples == 0 || target_ < goal_.samples) ? target_ + 1 : next_target(target_, goal_.samples);
   if (next <= target_ || tile_busy_.empty()) exhausted_ = true;
   if (exhausted_) return;
   target_ = next;
   next_tile_ = 0;
   done_in_pass_ = 0;
+  stage_ = next_stage_piece_ = 0;
+  if (one_by_one) stage_pieces_ = integrator_->begin_stage(*film_, target_ - 1, stage_);
+}
+
+/// A piece of a stage; false if there is none to start, which is to wait for the others or to go on with the tiles.
+bool Render::next_stage_piece(Piece& piece, bool& wait) {
+  wait = false;
+  while (stage_ < integrator_->stages()) {
+    if (next_stage_piece_ < stage_pieces_) {
+      piece = {stage_, next_stage_piece_++, target_};
+      ++busy_;
+      return true;
+    }
+    wait = busy_ > 0;
+    if (wait) return false;
+    next_stage_piece_ = 0;
+    if (++stage_ < integrator_->stages()) stage_pieces_ = integrator_->begin_stage(*film_, target_ - 1, stage_);
+  }
+  return false;
 }
 
 bool Render::next_piece(Piece& piece) {
   if (exhausted_ || stop_tiles_.cancelled()) return false;
   const int count = static_cast<int>(tile_busy_.size());
+  const bool in_step = goal_.noise_threshold > 0.0f || integrator_->stages() > 0;
   if (next_tile_ == count) {
-    if (goal_.noise_threshold > 0.0f && busy_ > 0) return false;  // what stops is decided between passes
+    if (in_step && busy_ > 0) return false;  // what stops, and what passes leave to the next, is decided in between
     begin_next_pass();
     if (exhausted_) return false;
   }
+  bool wait;
+  if (next_stage_piece(piece, wait)) return true;
+  if (wait) return false;
   if (goal_.noise_threshold > 0.0f)
     while (next_tile_ < count && !film_->tile_active(next_tile_)) ++next_tile_, ++done_in_pass_;
   if (next_tile_ == count) return next_piece(piece);
   if (tile_busy_[next_tile_]) return false;  // still in its previous pass
-  piece = {next_tile_++, target_};
+  piece = {-1, next_tile_++, target_};
   tile_busy_[piece.tile] = 1;
   ++busy_;
   return true;
@@ -69,7 +95,9 @@ bool Render::work(int) {
       return false;
     }
   }
-  finish(piece, integrator_->render_tile(*film_, piece.tile, piece.target, stop_tiles_));
+  finish(piece, piece.stage < 0
+                    ? integrator_->render_tile(*film_, piece.tile, piece.target, stop_tiles_)
+                    : integrator_->run_piece(*film_, piece.target - 1, piece.stage, piece.tile, stop_tiles_));
   return true;
 }
 
@@ -77,14 +105,16 @@ void Render::finish(const Piece& piece, const RayCounts& counts) {
   {
     const std::lock_guard lock(mutex_);
     counts_ += counts;
-    tile_busy_[piece.tile] = 0;
     --busy_;
-    if (piece.target == target_) ++done_in_pass_;
-    if (first_tile_s_ == 0.0) first_tile_s_ = elapsed_s();
+    if (piece.stage < 0) {
+      tile_busy_[piece.tile] = 0;
+      if (piece.target == target_) ++done_in_pass_;
+      if (first_tile_s_ == 0.0) first_tile_s_ = elapsed_s();
+    }
     if (busy_ == 0 && (exhausted_ || stop_tiles_.cancelled())) finished_.notify_all();
   }
   pool_.wake();
-  tile_finished_();
+  if (piece.stage < 0) tile_finished_();
 }
 
 Render::End Render::run() {
@@ -135,7 +165,10 @@ double Render::fraction_done() const {
   double fraction = -1.0;
   const double tiles = std::max<double>(1.0, static_cast<double>(tile_busy_.size()));
   if (goal_.samples > 0) {
-    const int64_t before = target_ <= 1 ? 0 : target_ <= 16 ? target_ / 2 : (target_ - 1) / 16 * 16;
+    const int64_t before = integrator_->stages() > 0 ? target_ - 1
+                           : target_ <= 1            ? 0
+                           : target_ <= 16           ? target_ / 2
+                                                     : (target_ - 1) / 16 * 16;
     fraction = (static_cast<double>(before) + static_cast<double>(target_ - before) * done_in_pass_ / tiles) /
                static_cast<double>(goal_.samples);
   }

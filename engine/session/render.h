@@ -49,12 +49,14 @@ class Render final : public WorkSource {
  private:
   using Clock = std::chrono::steady_clock;
   struct Piece {
+    int stage = -1;  ///< of Integrator::stages(), its piece in `tile`; -1: a tile
     int tile = 0;
     int64_t target = 0;
   };
   double elapsed_s() const;
   bool next_piece(Piece& piece);  ///< false: nothing to start now. With mutex_ held
-  void begin_next_pass();         ///< with mutex_ held
+  bool next_stage_piece(Piece& piece, bool& wait);
+  void begin_next_pass();  ///< with mutex_ held
   void finish(const Piece& piece, const RayCounts& counts);
 
   WorkerPool& pool_;
@@ -69,11 +71,12 @@ class Render final : public WorkSource {
   mutable std::mutex mutex_;
   std::condition_variable finished_;
   std::vector<char> tile_busy_;
-  int64_t target_ = 0;      ///< samples of the pass being handed out
-  int next_tile_ = 0;       ///< of that pass
-  int busy_ = 0;            ///< tiles being worked on
-  int done_in_pass_ = 0;    ///< tiles finished since the pass began
-  bool exhausted_ = false;  ///< nothing more to hand out
+  int64_t target_ = 0;                                       ///< samples of the pass being handed out
+  int next_tile_ = 0;                                        ///< of that pass
+  int busy_ = 0;                                             ///< tiles and pieces being worked on
+  int stage_ = 0, stage_pieces_ = 0, next_stage_piece_ = 0;  ///< stage under way; Integrator::stages(): the tiles
+  int done_in_pass_ = 0;                                     ///< tiles finished since the pass began
+  bool exhausted_ = false;                                   ///< nothing more to hand out
   double first_tile_s_ = 0.0;
   RayCounts counts_;
 };

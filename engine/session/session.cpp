@@ -55,6 +55,11 @@ IntegratorSettings integrator_settings(const description::Settings& settings, co
   result.light_threshold = settings.light_threshold;
   result.caustics_reflective = settings.caustics_reflective;
   result.caustics_refractive = settings.caustics_refractive;
+  result.merge_radius_px = settings.merge_radius_px;
+  result.merge_alpha = settings.merge_alpha;
+  result.shared_light_paths = settings.shared_light_paths;
+  result.clamp_connection = settings.clamp_connection;
+  result.threads = settings.threads;
   result.profile = scene.profile().kernel();
   return result;
 }
@@ -70,6 +75,7 @@ FilmSettings film_settings(const description::Settings& settings, const Scene& s
   result.tile_size_px = settings.tile_size_px;
   result.allow_negative = scene.subtracts_light();
   result.second_moments = settings.noise_threshold > 0.0f;
+  result.splat_unit = splat_unit(settings.integrator, scene, settings.exposure);
   return result;
 }
 

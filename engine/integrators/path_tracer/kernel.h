@@ -10,12 +10,6 @@
 
 namespace lambent::path_tracer {
 
-/// What one camera sample sees: premultiplied, exposure not applied.
-struct PathEstimate {
-  Color radiance{0.0f};
-  float transparency = 0.0f;  ///< share of the sample that saw the (transparent) film behind the scene
-};
-
 /// One walk from the camera. Lives on the stack of one sample.
 template <KernelProfile profile>
 class Kernel {

@@ -13,7 +13,7 @@ class PathTracer final : public Integrator {
   PathTracer(std::shared_ptr<const Scene> scene, const IntegratorSettings& settings)
       : scene_(std::move(scene)), settings_(settings) {}
 
-  RayCounts render_tile(Film& film, int tile, int64_t target_samples, const CancelFlag& cancel) const override {
+  RayCounts render_tile(Film& film, int tile, int64_t target_samples, const CancelFlag& cancel) override {
     RayCounts counts;
     TileWriter writer(film, tile);
     const Rectangle& rectangle = film.tiles()[tile];
@@ -40,7 +40,7 @@ class PathTracer final : public Integrator {
     const Vec2 lens = scene_->profile().depth_of_field ? sampler.get_2d(k_dimension_lens) : Vec2(0.0f);
     const CameraRay ray = scene_->camera().sample_ray(raster, lens);
     path_tracer::Kernel<profile> kernel(*scene_, settings_, sampler, counts);
-    const path_tracer::PathEstimate estimate = kernel.run(ray);
+    const PathEstimate estimate = kernel.run(ray);
     const Color radiance = estimate.radiance * settings_.exposure;
     return {radiance.x, radiance.y, radiance.z, 1.0f - estimate.transparency};
   }

@@ -1,0 +1,215 @@
+#include "engine/integrators/bidirectional/bidirectional.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/check.h"
+#include "engine/base/hash.h"
+#include "engine/integrators/bidirectional/kernel.h"
+
+namespace lambent {
+
+namespace {
+
+/// Light walks are cut after so many vertices; longer paths are left to techniques with more camera vertices.
+constexpr int k_most_light_vertices = 100;
+/// Light walks of a pass that leave photons at most: bounds the memory of large pictures.
+constexpr uint64_t k_most_merge_paths = 1u << 20;
+/// Merge radii and cells of the photon map over the radius at a typical first hit.
+constexpr float k_largest_radius = 3.0f, k_cell_size = 2.0f;
+
+/// Footprint of a pixel, m, at the median of what some rays over the picture meet first; 0 if they meet nothing.
+float typical_footprint(const Scene& scene) {
+  constexpr int k_side = 16;
+  std::vector<float> widths;
+  const Camera& camera = scene.camera();
+  for (int i = 0; i < k_side * k_side; ++i) {
+    const Vec2 raster((static_cast<float>(i % k_side) + 0.5f) / k_side * static_cast<float>(camera.width_px()),
+                      (static_cast<float>(i / k_side) + 0.5f) / k_side * static_cast<float>(camera.height_px()));
+    const CameraRay ray = camera.sample_ray(raster, {0.5f, 0.5f});
+    Hit hit;
+    if (scene.geometry().intersect({ray.origin, ray.t_min, ray.direction, ray.t_max, k_visible_camera}, hit))
+      widths.push_back(scene.footprint_at(scene.geometry().surface(hit).p_world).width_m);
+  }
+  if (widths.empty()) return 0.0f;
+  std::nth_element(widths.begin(), widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2), widths.end());
+  return widths[widths.size() / 2];
+}
+
+template <KernelProfile profile>
+class Bidirectional final : public Integrator {
+ public:
+  Bidirectional(std::shared_ptr<const Scene> scene, const IntegratorSettings& settings, const TechniqueSet& set)
+      : scene_(std::move(scene)), settings_(settings) {
+    pass_.set = set;
+    if (!(settings.merge_radius_px > 0.0f) && set.light_tracing) pass_.set.merging = false;
+    pass_.counts.max_light_vertices = std::clamp(settings.bounces.total, 0, k_most_light_vertices - 1) + 1;
+    pass_.clamp_connection = settings.clamp_connection;
+    if (pass_.set.merging) typical_footprint_m_ = typical_footprint(*scene_);
+  }
+
+  void prepare(Film& film) override {
+    tiles_ = std::vector<Tile>(static_cast<size_t>(film.tiles().count()));
+    const Rectangle& region = film.region();
+    const double pixels = static_cast<double>(region.width) * region.height;
+    photon_share_ = static_cast<float>(std::min(1.0, static_cast<double>(k_most_merge_paths) / pixels));
+    merge_paths_ = 0;
+    for (int y = region.y; y < region.y + region.height; ++y)
+      for (int x = region.x; x < region.x + region.width; ++x) merge_paths_ += leaves_photons(x, y);
+    pass_.counts.merge_paths = static_cast<float>(merge_paths_);
+    pass_.counts.light_paths = static_cast<float>(pixels);
+  }
+
+  int stages() const override { return pass_.set.merging ? 2 : pass_.set.shared_lights ? 1 : 0; }
+
+  int begin_stage(Film&, int64_t sample, int stage) override {
+    if (pass_.set.shared_lights) return begin_shared();
+    if (stage == 1) return 1;
+    const float shrink = std::pow(static_cast<float>(sample + 1), 0.5f * (settings_.merge_alpha - 1.0f));
+    const float radius_scale = settings_.merge_radius_px * shrink;
+    pass_.radius_scale = radius_scale;
+    pass_.radius_limit_m =
+        std::min(k_largest_radius * radius_scale * typical_footprint_m_, 4.0f * scene_->lights().scene_radius());
+    // Photons come from the sample before, as a by-product; where it was not rendered here, its walks are made again.
+    missing_.clear();
+    for (size_t i = 0; i < tiles_.size(); ++i)
+      if (tiles_[i].complete_sample != sample - 1) missing_.push_back(static_cast<int>(i));
+    return static_cast<int>(missing_.size());
+  }
+
+  RayCounts run_piece(Film& film, int64_t sample, int stage, int piece, const CancelFlag& cancel) override {
+    if (pass_.set.shared_lights) return trace_shared(sample);
+    if (stage == 0) return trace_photons(film, sample - 1, missing_[static_cast<size_t>(piece)], cancel);
+    std::vector<PhotonBatch*> batches;
+    for (Tile& tile : tiles_) batches.push_back(&tile.batch);
+    const float cell = k_cell_size * settings_.merge_radius_px * typical_footprint_m_;
+    photons_.build(batches, std::min(cell, 4.0f * scene_->lights().scene_radius()), scene_->geometry().bounds_world(),
+                   merge_paths_, settings_.threads);
+    pass_.photons = &photons_;
+    return {};
+  }
+
+  RayCounts render_tile(Film& film, int tile, int64_t target_samples, const CancelFlag& cancel) override {
+    RayCounts counts;
+    bidirectional::Kernel<profile> kernel(*scene_, settings_, pass_, &film, counts);
+    TileWriter writer(film, tile);
+    Tile* kept = pass_.set.merging ? &tiles_[static_cast<size_t>(tile)] : nullptr;
+    if (kept) kept->batch.clear();
+    bool whole = true, one_each = true;
+    uint64_t paths = 0;
+    const Rectangle& rectangle = film.tiles()[tile];
+    const bool adaptive = film.settings().second_moments;
+    for (int y = rectangle.y; y < rectangle.y + rectangle.height && whole; ++y)
+      for (int x = rectangle.x; x < rectangle.x + rectangle.width; ++x) {
+        if (cancel.cancelled()) {
+          whole = false;
+          break;
+        }
+        if (adaptive && !film.active(x, y)) continue;
+        const int64_t first = film.sample_count(x, y);
+        one_each = one_each && first == target_samples - 1;
+        for (int64_t sample = first; sample < target_samples; ++sample) {
+          const Sampler sampler(settings_.seed, x, y, static_cast<uint32_t>(sample));
+          enter(x, y, sample);
+          if (pass_.set.connections || pass_.set.light_tracing || pass_.set.merging) {
+            kernel.light_sample(sampler, kept && leaves_photons(x, y) ? &kept->batch : nullptr, /*silent=*/false);
+            ++paths;
+          }
+          writer.add(x, y, camera_sample(kernel, sampler, x, y));
+        }
+      }
+    if (kept) kept->complete_sample = whole && one_each ? target_samples - 1 : k_none;
+    if (film.takes_splats()) film.add_light_paths(paths);
+    return counts;
+  }
+
+ private:
+  static constexpr int64_t k_none = -2;  // -1 is the sample whose photons the first pass merges with
+  struct Tile {
+    PhotonBatch batch;
+    int64_t complete_sample = k_none;  ///< all of whose photons the batch holds
+  };
+
+  void enter(int x, int y, int64_t sample) const {
+    RenderContext& context = render_context();
+    context.pixel_x = x;
+    context.pixel_y = y;
+    context.sample = sample;
+  }
+
+  Vec4 camera_sample(bidirectional::Kernel<profile>& kernel, const Sampler& sampler, int x, int y) const {
+    const Vec2 offset = settings_.filter.sample(sampler.get_2d(k_dimension_pixel_filter));
+    const Vec2 raster(static_cast<float>(x) + 0.5f + offset.x, static_cast<float>(y) + 0.5f + offset.y);
+    const Vec2 lens = scene_->profile().depth_of_field ? sampler.get_2d(k_dimension_lens) : Vec2(0.0f);
+    const PathEstimate estimate = kernel.camera_sample(sampler, scene_->camera().sample_ray(raster, lens), x, y);
+    const Color radiance = estimate.radiance * settings_.exposure;
+    return {radiance.x, radiance.y, radiance.z, 1.0f - estimate.transparency};
+  }
+
+  /// A pixel's light walks leave photons if its hash is below the share that keeps their number bounded.
+  bool leaves_photons(int x, int y) const {
+    return photon_share_ >= 1.0f ||
+           unit_float(hash_combine(hash_u32(static_cast<uint32_t>(x)), static_cast<uint32_t>(y))) < photon_share_;
+  }
+
+  RayCounts trace_photons(Film& film, int64_t sample, int tile, const CancelFlag& cancel) {
+    RayCounts counts;
+    bidirectional::Kernel<profile> kernel(*scene_, settings_, pass_, &film, counts);
+    Tile& kept = tiles_[static_cast<size_t>(tile)];
+    kept.batch.clear();
+    const Rectangle& r = film.tiles()[tile];
+    for (int y = r.y; y < r.y + r.height; ++y)
+      for (int x = r.x; x < r.x + r.width; ++x) {
+        if (cancel.cancelled()) return counts;
+        if (!leaves_photons(x, y)) continue;
+        enter(x, y, sample);
+        kernel.light_sample(Sampler(settings_.seed, x, y, static_cast<uint32_t>(sample)), &kept.batch, /*silent=*/true);
+      }
+    kept.complete_sample = sample;
+    return counts;
+  }
+
+  int begin_shared() {
+    const size_t walks = static_cast<size_t>(std::clamp(settings_.shared_light_paths, 1, 4096));
+    while (shared_.size() < walks)
+      shared_.push_back(std::make_unique<LightWalk>(*scene_, bidirectional::walk_settings(settings_, pass_)));
+    return 1;
+  }
+
+  RayCounts trace_shared(int64_t sample) {
+    RayCounts counts;
+    shared_view_.clear();
+    for (size_t i = 0; i < shared_.size(); ++i) {
+      const uint64_t before = shared_[i]->rays();
+      shared_[i]->trace(Sampler(settings_.seed, static_cast<int>(i), -1, static_cast<uint32_t>(sample)));
+      counts.rays += shared_[i]->rays() - before;
+      shared_view_.push_back(shared_[i].get());
+    }
+    pass_.shared_lights = shared_view_;
+    return counts;
+  }
+
+  const std::shared_ptr<const Scene> scene_;
+  const IntegratorSettings settings_;
+  bidirectional::Pass pass_;
+  std::vector<Tile> tiles_;
+  std::vector<int> missing_;
+  PhotonMap photons_;
+  std::vector<std::unique_ptr<LightWalk>> shared_;
+  std::vector<const LightWalk*> shared_view_;
+  uint64_t merge_paths_ = 0;
+  float photon_share_ = 1.0f;
+  float typical_footprint_m_ = 0.0f;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_bidirectional(std::shared_ptr<const Scene> scene, const IntegratorSettings& settings,
+                                               const TechniqueSet& set) {
+  CHECK(settings.profile >= scene->profile().kernel(), "the kernel must cover what the scene needs");
+  if (settings.profile == KernelProfile::solid)
+    return std::make_unique<Bidirectional<KernelProfile::solid>>(std::move(scene), settings, set);
+  return std::make_unique<Bidirectional<KernelProfile::surfaces>>(std::move(scene), settings, set);
+}
+
+}  // namespace lambent

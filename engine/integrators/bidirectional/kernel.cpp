@@ -1,0 +1,624 @@
+#include "engine/integrators/bidirectional/kernel.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/path/surface.h"
+#include "engine/path/transmittance.h"
+
+namespace lambent::bidirectional {
+
+namespace {
+
+constexpr float k_tan_one_degree = 0.017455065f;
+/// Photons that one query looks at; where more lie around, a part stands for all.
+constexpr size_t k_most_photons = 2048;
+/// Photons on surfaces turned away further than this (cosine) lie around an edge or behind a thin wall.
+constexpr float k_least_normal_agreement = 0.4f;
+
+float inverse_square(float d) { return 1.0f / d * (1.0f / d); }
+
+/// What a ray scattered by these lobes counts as, for the surfaces in its way.
+uint32_t scattered_kind(const Bsdf& bsdf) {
+  for (const Lobe& lobe : bsdf.lobes())
+    if (lobe.kind <= LobeKind::translucent) return k_ray_diffuse;
+  return k_ray_glossy;
+}
+
+}  // namespace
+
+LightWalkSettings walk_settings(const IntegratorSettings& settings, const Pass& pass) {
+  const BounceLimits& limits = settings.bounces;
+  return {pass.counts.max_light_vertices,
+          limits.total,
+          limits.diffuse,
+          limits.glossy,
+          limits.transmission,
+          limits.transparent,
+          settings.caustics_reflective,
+          settings.caustics_refractive};
+}
+
+template <KernelProfile profile>
+Kernel<profile>::Kernel(const Scene& scene, const IntegratorSettings& settings, const Pass& pass, Film* film,
+                        RayCounts& counts)
+    : scene_(scene),
+      settings_(settings),
+      pass_(pass),
+      film_(film),
+      counts_(counts),
+      walk_(scene, walk_settings(settings, pass)) {
+  if (settings.light_threshold > 0.0f) threshold_scale_ = std::fabs(settings.exposure) / settings.light_threshold;
+}
+
+// --- What techniques share -----------------------------------------------------------------------------------------
+
+template <KernelProfile profile>
+MergeReach Kernel<profile>::reach_at(const Vec3& p_first_hit) const {
+  MergeReach reach;
+  if (!pass_.set.merging) return reach;
+  const float radius = std::min(pass_.radius_scale * scene_.footprint_at(p_first_hit).width_m, pass_.radius_limit_m);
+  reach.area = k_pi * radius * radius;
+  if (pass_.correlation_aware) {
+    const float accepted = k_tan_one_degree * length(p_first_hit - scene_.camera().origin());
+    reach.acceptance_area = k_pi * accepted * accepted;
+  }
+  return reach;
+}
+
+template <KernelProfile profile>
+bool Kernel<profile>::limits_are_near(const EventCounts& before, const EventCounts& light_side, int more) const {
+  if (!settings_.caustics_reflective || !settings_.caustics_refractive) return true;
+  EventCounts most = before + light_side;
+  most.diffuse += more;
+  most.glossy += more;
+  most.transmission += more;
+  return !most.within(settings_.bounces);
+}
+
+template <KernelProfile profile>
+float Kernel<profile>::share_within_limits(const EventCounts& before, const EventCounts& light_side, bool caustic,
+                                           const EventShares* at_camera, const EventShares* at_light) const {
+  constexpr uint8_t k_events[3] = {k_scatter_diffuse, k_scatter_glossy, k_scatter_transmission};
+  const auto share_of = [](const EventShares* shares, int kind) {
+    if (!shares) return kind == 0 ? 1.0f : 0.0f;  // an event that no limit counts
+    return kind == 0 ? shares->diffuse : kind == 1 ? shares->glossy : shares->transmission;
+  };
+  const auto cut_after_diffuse = [&](uint8_t event) {
+    return (event & k_scatter_diffuse) == 0 &&
+           !(event & k_scatter_transmission ? settings_.caustics_refractive : settings_.caustics_reflective);
+  };
+  float sum = 0.0f;
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b) {
+      const float share = share_of(at_camera, a) * share_of(at_light, b);
+      if (share == 0.0f) continue;
+      EventCounts all = before + light_side;
+      if (at_camera) all.add(k_events[a]);
+      if (at_light) all.add(k_events[b]);
+      if (!all.within(settings_.bounces)) continue;
+      // From the camera: nothing that is cut may come after something diffuse.
+      bool diffuse = after_diffuse_;
+      bool cut = false;
+      if (at_camera) {
+        cut |= diffuse && cut_after_diffuse(k_events[a]);
+        diffuse |= a == 0;
+      }
+      if (at_light) {
+        cut |= diffuse && cut_after_diffuse(k_events[b]);
+        diffuse |= b == 0;
+      }
+      cut |= diffuse && caustic;
+      if (!cut) sum += share;
+    }
+  return sum;
+}
+
+template <KernelProfile profile>
+void Kernel<profile>::add(const Color& contribution, Technique technique, float weight, bool indirect) {
+  if (settings_.observer)
+    settings_.observer->on_contribution(
+        {static_cast<float>(pixel_x_) + 0.5f, static_cast<float>(pixel_y_) + 0.5f}, contribution, weight, technique,
+        pdfs_.n, technique == Technique::connection || technique == Technique::merging ? m_ + 1 : pdfs_.n);
+  const Color weighted = contribution * weight;
+  const float limit = indirect ? settings_.clamp_indirect : settings_.clamp_direct;
+  if (limit > 0.0f) {
+    const float sum = std::fabs(weighted.x) + std::fabs(weighted.y) + std::fabs(weighted.z);
+    if (sum > limit) {
+      estimate_.radiance += weighted * (limit / sum);
+      return;
+    }
+  }
+  estimate_.radiance += weighted;
+}
+
+template <KernelProfile profile>
+Color Kernel<profile>::visibility(const Ray& ray, uint32_t ray_kind, int transparent_before) {
+  ++counts_.rays;
+  PathCounts counts = path_counts();
+  counts.ray_kind = ray_kind;
+  counts.transparent = transparent_before;
+  return segment_transmittance<k_transparency>(scene_, ray, counts, settings_.bounces.transparent);
+}
+
+template <KernelProfile profile>
+void Kernel<profile>::set_scatter(const Here& here, const BsdfEval& eval) {
+  if (here.i > 1) pdfs_.light[here.i - 1] = eval.pdf_reverse_solid_angle * here.previous_per_solid_angle;
+}
+
+template <KernelProfile profile>
+void Kernel<profile>::append_light(PathPdfs& pdfs, int index, const LightWalk& walk, const LightVertex& vertex,
+                                   const LightScatter& scatter) const {
+  const int depth = vertex.depth;
+  const LightWalkPdfs& walked = walk.pdfs();
+  pdfs.n = index + depth - 1;
+  pdfs.light[index] = vertex.own_area;
+  constexpr uint8_t k_light = k_light_arrives | k_light_scatters;
+  pdfs.flags[index] = k_connectible | k_light;
+  for (int d = depth - 1, i = index + 1; d >= 1; --d, ++i) {
+    pdfs.light[i] = walked.own[d];
+    pdfs.camera[i] = walked.other[d];
+    pdfs.flags[i] = static_cast<uint8_t>((walked.connectible[d] ? k_connectible : 0) | k_light);
+  }
+  if (depth > 1) pdfs.camera[index + 1] = scatter.to_light * vertex.previous_per_solid_angle;
+  pdfs.next_event = walk.next_event();
+  pdfs.scatter = !walk.can_be_hit() ? 0.0f : depth > 1 ? walked.other[0] : scatter.to_light;
+  pdfs.light_conditional = walk.conditional();
+}
+
+// --- Emission that the camera walk meets ---------------------------------------------------------------------------
+
+template <KernelProfile profile>
+float Kernel<profile>::emission_weight(LightIndex light, const Vec3& n_light, const Vec3& direction, float distance,
+                                       const Vec2& uv, const LightTraits& traits) {
+  pdfs_.n = m_;
+  if (m_ == 0) return 1.0f;
+  if (!pass_.set.emission) return only_delta_ ? 1.0f : 0.0f;
+  if (!traits.hit_by_rays && last_.connectible) return 0.0f;  // found by next event alone
+  pdfs_.scatter = last_.pdf_solid_angle;
+  pdfs_.next_event = last_.connectible ? scene_.lights().pdf_solid_angle(last_.p_world, last_.receiver_normal, light,
+                                                                         direction, distance, uv)
+                                       : 0.0f;
+  const float cosine = std::fabs(dot(last_.ng_world, direction));
+  pdfs_.light[m_] =
+      cosine * light_walk_density(scene_.lights(), light, n_light, -direction, distance, &pdfs_.light_conditional);
+  pdfs_.light_conditional *= cosine;
+  return weigh(pdfs_, Technique::emission_hit, m_, reach_);
+}
+
+/// Lamps in front of what the ray met: they shine and let the ray through.
+template <KernelProfile profile>
+void Kernel<profile>::add_lamps(const Ray& ray, float t_end) {
+  const LightSet& lights = scene_.lights();
+  if (!lights.has_visible_lamps() || !(pass_.set.emission || only_delta_)) return;
+  // Lamps that face their receiver turn to the last scattering vertex, from which distances are counted too.
+  const Vec3 origin = distance_before_ > 0.0f && m_ > 0 ? last_.p_world : ray.origin;
+  const float before = origin == ray.origin ? 0.0f : distance_before_;
+  lights.for_each_lamp(
+      origin, ray.direction, before + ray.t_min, before + t_end, bounces_.ray_kind, [&](const LightHit& hit) {
+        if (bounces_.total > hit.traits->max_bounces) return;
+        const float weight =
+            emission_weight(hit.light, hit.n_light_world, ray.direction, hit.distance_m, hit.uv, *hit.traits);
+        if (weight > 0.0f)
+          add(throughput_ * scene_.light_radiance(hit, path_counts()), Technique::emission_hit, weight,
+              bounces_.total > 1);
+      });
+}
+
+template <KernelProfile profile>
+void Kernel<profile>::add_background(const Vec3& direction) {
+  if (settings_.film_transparent && only_transparent_) {
+    estimate_.transparency += (throughput_.x + throughput_.y + throughput_.z) / 3.0f;
+    return;
+  }
+  if (!(pass_.set.emission || only_delta_)) return;
+  scene_.lights().for_each_infinite(direction, bounces_.ray_kind, [&](const LightHit& hit) {
+    if (bounces_.total > hit.traits->max_bounces) return;
+    const float weight = emission_weight(hit.light, hit.n_light_world, direction, k_infinity, hit.uv, *hit.traits);
+    if (weight > 0.0f)
+      add(throughput_ * scene_.light_radiance(hit, path_counts()), Technique::emission_hit, weight, bounces_.total > 1);
+  });
+}
+
+template <KernelProfile profile>
+void Kernel<profile>::add_surface_emission(const SurfaceHit& hit, const SurfaceBinding& binding, const Vec3& direction,
+                                           float distance, const Color& emission) {
+  if (is_black(emission) || !(pass_.set.emission || only_delta_)) return;
+  pdfs_.n = m_;
+  float weight = 1.0f;
+  if (m_ > 0 && binding.samples_emission) {
+    const LightIndex light = scene_.light_at(hit);
+    const Vec3 n_light = dot(hit.ng_world, direction) > 0.0f ? -hit.ng_world : hit.ng_world;
+    if (light != k_no_light)
+      weight = emission_weight(light, n_light, direction, distance, hit.barycentric, scene_.lights().traits(light));
+  }
+  if (weight > 0.0f) add(throughput_ * emission, Technique::emission_hit, weight, bounces_.total > 1);
+}
+
+// --- Techniques at a vertex of the camera walk ---------------------------------------------------------------------
+
+template <KernelProfile profile>
+void Kernel<profile>::next_event(const Here& here) {
+  const LightSet& lights = scene_.lights();
+  const LightSample light =
+      lights.sample(here.hit.p_world, here.receiver_normal, here.numbers.light_selection, here.numbers.light_position);
+  if (!light || !(light.pdf_solid_angle > 0.0f) || bounces_.total > light.traits->max_bounces) return;
+  const BsdfEval scattered = here.bsdf.eval(here.point.wi_world, light.direction_world, Transport::radiance);
+  if (is_black(scattered.f_cos)) return;
+  const Color radiance = scene_.sample_radiance(light, path_counts());
+  Color contribution = throughput_ * scattered.f_cos * radiance * (1.0f / light.pdf_solid_angle);
+  if (is_black(contribution)) return;
+
+  const bool can_be_hit = !light.is_delta && light.traits->hit_by_rays;
+  const bool triangle = lights.kind(light.light) == LightKind::triangle;
+  const Vec3 n_light =
+      triangle && dot(light.n_light_world, light.direction_world) > 0.0f ? -light.n_light_world : light.n_light_world;
+  float weight = 1.0f;
+  if (pass_.set.weighted()) {
+    pdfs_.n = here.i;
+    set_scatter(here, scattered);
+    pdfs_.next_event = light.pdf_solid_angle;
+    pdfs_.scatter = can_be_hit ? scattered.pdf_solid_angle : 0.0f;
+    // Where camera walks cannot scatter (below the facet, above the smooth surface) light walks do not either.
+    const float cosine =
+        scattered.pdf_solid_angle > 0.0f ? std::fabs(dot(here.point.ng_world, light.direction_world)) : 0.0f;
+    pdfs_.light[here.i] = cosine * light_walk_density(lights, light.light, n_light, -light.direction_world,
+                                                      light.distance_m, &pdfs_.light_conditional);
+    pdfs_.light_conditional *= cosine;
+    weight = weigh(pdfs_, Technique::next_event, here.i, reach_);
+  }
+  if (!(weight > 0.0f)) return;
+  if (light.traits->shadows) {
+    const float survival = max_component(abs(contribution)) * weight * threshold_scale_;
+    if (survival < 1.0f) {
+      if (here.numbers.shadow_roulette >= survival) return;
+      contribution /= survival;
+    }
+    const Vec3 origin = offset_origin(here.hit.p_world, here.hit.p_error, here.hit.ng_world, light.direction_world);
+    Ray ray{origin, 0.0f, light.direction_world, k_infinity, k_visible_shadow};
+    if (!light.is_infinite) {
+      Vec3 target = light.p_light_world;
+      if (triangle) {
+        const SurfaceHit on_light = scene_.geometry().surface(light.instance, light.triangle, light.uv);
+        target = offset_origin(on_light.p_world, on_light.p_error, on_light.ng_world, -light.direction_world);
+      }
+      ray = segment(origin, target, k_visible_shadow);
+    }
+    contribution *= visibility(ray, k_ray_shadow, bounces_.transparent);
+    if (is_black(contribution)) return;
+  }
+  pdfs_.n = here.i;
+  add(contribution, Technique::next_event, weight, bounces_.total > 0);
+}
+
+template <KernelProfile profile>
+void Kernel<profile>::connect(const Here& here, const LightWalk& walk, float scale) {
+  const EventCounts before = counts();
+  const uint32_t kind = scattered_kind(here.bsdf);
+  for (int v = 0; v < walk.size(); ++v) {
+    const LightVertex& vertex = walk[v];
+    if (!vertex.bsdf.has_non_delta()) continue;
+    const int n = here.i + vertex.depth;
+    if (n - 1 > settings_.bounces.total || n - 1 > walk.traits().max_bounces) continue;
+    const int counted_at_light = vertex.depth >= 2 ? 1 : 0;
+    if (before.transparent + vertex.counts.transparent > settings_.bounces.transparent) continue;
+    const Vec3 offset = vertex.surface.p_world - here.hit.p_world;
+    const float distance = length(offset);
+    if (!(distance > 0.0f)) continue;
+    const Vec3 direction = offset * (1.0f / distance);
+    const BsdfEval scattered = here.bsdf.eval(here.point.wi_world, direction, Transport::radiance);
+    if (is_black(scattered.f_cos) || !(scattered.pdf_solid_angle > 0.0f)) continue;
+    const bool near =
+        limits_are_near(before, vertex.counts, 1 + counted_at_light) || (vertex.caustic && after_diffuse_);
+    LightScatter at_light;
+    if (!walk.scatter(vertex, -direction, false, near, scratch_, at_light)) continue;
+
+    const float per_area = inverse_square(distance);
+    Color contribution = throughput_ * scattered.f_cos * at_light.f_cos * vertex.throughput * (per_area * scale);
+    if (near) {
+      const EventShares at_camera = here.bsdf.event_shares(here.point.wi_world, direction);
+      contribution *= share_within_limits(before, vertex.counts, vertex.caustic, &at_camera,
+                                          counted_at_light ? &at_light.shares : nullptr);
+    }
+    if (is_black(contribution) || !is_finite(contribution)) continue;
+
+    float weight = 1.0f;
+    pdfs_.n = n;
+    if (pass_.set.weighted()) {
+      pdfs_.reserve(n);
+      set_scatter(here, scattered);
+      pdfs_.light[here.i] = at_light.to_camera * std::fabs(dot(here.point.ng_world, direction)) * per_area;
+      append_light(pdfs_, here.i + 1, walk, vertex, at_light);
+      pdfs_.camera[here.i + 1] = scattered.pdf_solid_angle * std::fabs(dot(vertex.ng_world, direction)) * per_area;
+      weight = weigh(pdfs_, Technique::connection, here.i, reach_);
+    }
+    if (!(weight > 0.0f)) continue;
+    const float survival = max_component(abs(contribution)) * weight * threshold_scale_;
+    if (survival < 1.0f) {
+      // One number for all: which rays are left out need not be independent.
+      const float u = here.numbers.shadow_roulette + static_cast<float>(v) * 0.61803399f;
+      if (u - std::floor(u) >= survival) continue;
+      contribution /= survival;
+    }
+    if (pass_.clamp_connection > 0.0f) {
+      const float sum = std::fabs(contribution.x) + std::fabs(contribution.y) + std::fabs(contribution.z);
+      if (sum > pass_.clamp_connection) contribution *= pass_.clamp_connection / sum;
+    }
+    const Vec3 origin = offset_origin(here.hit.p_world, here.hit.p_error, here.hit.ng_world, direction);
+    const Vec3 target =
+        offset_origin(vertex.surface.p_world, vertex.surface.p_error, vertex.surface.ng_world, -direction);
+    contribution *=
+        visibility(segment(origin, target, kind & k_visible_all), kind, before.transparent + vertex.counts.transparent);
+    if (!is_black(contribution)) add(contribution, Technique::connection, weight, true);
+  }
+}
+
+template <KernelProfile profile>
+void Kernel<profile>::merge(const Here& here, const Sampler& sampler, uint32_t event_index) {
+  const PhotonMap& photons = *pass_.photons;
+  const float radius = std::sqrt(reach_.area * k_inv_pi);
+  const EventCounts before = counts();
+  const Vec3& ng = here.point.ng_world;
+  const float u = sampler.get_1d(bounce_dimension(event_index, k_dimension_connection));
+  const float per_photon = 1.0f / (reach_.area * static_cast<float>(photons.paths()));
+  photons.query(here.hit.p_world, radius, k_most_photons, u, [&](const Photon& photon, float scale) {
+    const PhotonRecord* record = &photons.record(photon.record);
+    const int depth = record->depth, n = here.i + depth - 1;
+    if (n - 1 > settings_.bounces.total) return;
+    const Vec3 wi = unpack_direction(photon.wi);
+    const float cos_light = dot(ng, wi);
+    if (std::fabs(dot(ng, unpack_direction(photon.normal))) < k_least_normal_agreement || std::fabs(cos_light) < 1e-6f)
+      return;
+    const BsdfEval scattered = here.bsdf.eval(here.point.wi_world, wi, Transport::radiance);
+    if (is_black(scattered.f_cos) || !(scattered.pdf_solid_angle > 0.0f)) return;
+    Color contribution =
+        throughput_ * scattered.f_cos * photon.flux.unpack() * (scale * per_photon / std::fabs(cos_light));
+    const EventCounts light_side{std::max(depth - 2, 0), record->counts.diffuse, record->counts.glossy,
+                                 record->counts.transmission, record->counts.transparent};
+    const bool caustic = record->flags & k_record_caustic;
+    const int counted = depth >= 2 ? 1 : 0;
+    if (limits_are_near(before, light_side, counted) || (caustic && after_diffuse_)) {
+      const EventShares shares = here.bsdf.event_shares(here.point.wi_world, wi);
+      contribution *= share_within_limits(before, light_side, caustic, counted ? &shares : nullptr, nullptr);
+      if (is_black(contribution)) return;
+    }
+
+    pdfs_.n = n;
+    float weight = 1.0f;
+    if (pass_.set.weighted()) {
+      pdfs_.reserve(n);
+      set_scatter(here, scattered);
+      pdfs_.light[here.i] = record->own;
+      const float previous = record->previous_per_solid_angle;
+      for (int d = depth - 1, i = here.i + 1; d >= 0; --d, ++i) {
+        do --record;
+        while (record->depth != d);
+        if (d == 0) break;
+        pdfs_.light[i] = record->own;
+        pdfs_.camera[i] = d == depth - 1 ? scattered.pdf_solid_angle * previous : record->other;
+        pdfs_.flags[i] = static_cast<uint8_t>((record->flags & k_record_connectible ? k_connectible : 0) |
+                                              k_light_arrives | k_light_scatters);
+      }
+      pdfs_.next_event = record->own;
+      pdfs_.scatter = !(record->flags & k_record_can_be_hit) ? 0.0f
+                      : depth > 1                            ? record->other
+                                                             : scattered.pdf_solid_angle;
+      pdfs_.light_conditional = record->previous_per_solid_angle;
+      weight = weigh(pdfs_, Technique::merging, here.i, reach_);
+    }
+    if (weight > 0.0f) add(contribution, Technique::merging, weight, true);
+  });
+}
+
+// --- Light walks ---------------------------------------------------------------------------------------------------
+
+template <KernelProfile profile>
+void Kernel<profile>::connect_to_lens(const LightWalk& walk, const LightVertex& vertex, const Vec2& u_lens,
+                                      float u_roulette) {
+  if (!vertex.bsdf.has_non_delta()) return;
+  const CameraConnection lens = scene_.camera().project(vertex.surface.p_world, u_lens);
+  if (!lens.valid || vertex.depth - 1 > walk.traits().max_bounces) return;
+  const Rectangle& region = film_->region();
+  const float reach = settings_.filter.radius_px();
+  if (lens.raster_px.x + reach <= static_cast<float>(region.x) ||
+      lens.raster_px.y + reach <= static_cast<float>(region.y) ||
+      lens.raster_px.x - reach >= static_cast<float>(region.x + region.width) ||
+      lens.raster_px.y - reach >= static_cast<float>(region.y + region.height))
+    return;
+  if (!(scene_.geometry().instance(vertex.surface.instance).visibility & k_visible_camera)) return;
+  const bool near = vertex.depth >= 2 && limits_are_near({}, vertex.counts, 1);
+  LightScatter at_light;
+  if (!walk.scatter(vertex, lens.direction_world, true, near, scratch_, at_light)) return;
+  Color contribution = vertex.throughput * at_light.f_cos * lens.importance_px2_per_m2;
+  if (near) contribution *= share_within_limits({}, vertex.counts, vertex.caustic, nullptr, &at_light.shares);
+  if (is_black(contribution)) return;
+
+  lens_pdfs_.reserve(vertex.depth);
+  append_light(lens_pdfs_, 1, walk, vertex, at_light);
+  lens_pdfs_.camera[1] = lens.importance_px2_per_m2 * std::fabs(dot(vertex.ng_world, lens.direction_world));
+  const float weight = weigh(lens_pdfs_, Technique::light_tracing, 0, reach_at(vertex.surface.p_world));
+  if (!(weight > 0.0f)) return;
+  const float survival = max_component(abs(contribution)) * weight / pass_.counts.light_paths * threshold_scale_;
+  if (survival < 1.0f) {
+    if (u_roulette >= survival) return;
+    contribution /= survival;
+  }
+  const Vec3 origin =
+      offset_origin(vertex.surface.p_world, vertex.surface.p_error, vertex.surface.ng_world, lens.direction_world);
+  const Ray ray{origin, 0.0f, lens.direction_world, lens.t_visible_m, k_visible_camera};
+  contribution *= visibility(ray, k_ray_camera, vertex.counts.transparent);
+  if (is_black(contribution)) return;
+  if (settings_.observer)
+    settings_.observer->on_contribution(lens.raster_px, contribution / pass_.counts.light_paths, weight,
+                                        Technique::light_tracing, lens_pdfs_.n, 0);
+  contribution *= weight * settings_.exposure;
+  if (settings_.clamp_direct > 0.0f || settings_.clamp_indirect > 0.0f) {
+    const float limit = (vertex.depth > 1 ? settings_.clamp_indirect : settings_.clamp_direct) *
+                        pass_.counts.light_paths * settings_.exposure;
+    const float sum = std::fabs(contribution.x) + std::fabs(contribution.y) + std::fabs(contribution.z);
+    if (limit > 0.0f && sum > limit) contribution *= limit / sum;
+  }
+  // Every pixel whose filter covers the place gets its share.
+  const int x0 = static_cast<int>(std::floor(lens.raster_px.x - reach)),
+            x1 = static_cast<int>(std::floor(lens.raster_px.x + reach));
+  const int y0 = static_cast<int>(std::floor(lens.raster_px.y - reach)),
+            y1 = static_cast<int>(std::floor(lens.raster_px.y + reach));
+  for (int y = y0; y <= y1; ++y)
+    for (int x = x0; x <= x1; ++x) {
+      const float density = settings_.filter.density(
+          {lens.raster_px.x - static_cast<float>(x) - 0.5f, lens.raster_px.y - static_cast<float>(y) - 0.5f});
+      if (density > 0.0f) film_->splat(x, y, contribution * density);
+    }
+}
+
+template <KernelProfile profile>
+void Kernel<profile>::light_sample(const Sampler& sampler, PhotonBatch* batch, bool silent) {
+  const uint64_t rays_before = walk_.rays();
+  walk_.trace(sampler);
+  counts_.rays += walk_.rays() - rays_before;
+  if (pass_.set.light_tracing && !silent) {
+    m_ = 0;
+    bounces_ = {};
+    after_diffuse_ = false;
+    for (int i = 0; i < walk_.size(); ++i) {
+      const uint32_t event = static_cast<uint32_t>(i);
+      const Vec2 u_lens = scene_.profile().depth_of_field
+                              ? sampler.get_2d(light_bounce_dimension(event, k_dimension_lens_connection))
+                              : Vec2(0.0f);
+      connect_to_lens(walk_, walk_[i], u_lens,
+                      sampler.get_1d(light_bounce_dimension(event, k_dimension_shadow_roulette)));
+    }
+  }
+  if (batch) batch->add(walk_, pass_.set.first_merge_light);
+}
+
+// --- The camera walk -----------------------------------------------------------------------------------------------
+
+template <KernelProfile profile>
+PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const CameraRay& camera_ray, int x, int y) {
+  ++counts_.paths;
+  estimate_ = {};
+  throughput_ = Color(1.0f);
+  bounces_ = {};
+  last_ = {};
+  reach_ = {};
+  m_ = 0;
+  pixel_x_ = x;
+  pixel_y_ = y;
+  distance_before_ = 0.0f;
+  only_transparent_ = only_delta_ = true;
+  after_diffuse_ = false;
+  pdfs_.n = 0;
+  last_.p_world = camera_ray.origin;
+  Ray ray{camera_ray.origin, camera_ray.t_min, camera_ray.direction, camera_ray.t_max, k_visible_camera};
+  RayCone cone{camera_ray.width_m, camera_ray.spread};
+  ShadingPoint point;
+  Bsdf bsdf;
+  for (uint32_t event_index = 0;; ++event_index) {
+    Hit geometry_hit;
+    ++counts_.rays;
+    const bool found = scene_.geometry().intersect(ray, geometry_hit);
+    add_lamps(ray, found ? geometry_hit.t : ray.t_max);
+    if (!found) {
+      add_background(ray.direction);
+      break;
+    }
+    const SurfaceHit hit = scene_.geometry().surface(geometry_hit);
+    const SurfaceBinding& binding = scene_.binding(hit.instance, hit.material_slot);
+    const Program& program = *binding.program;
+    const float distance = distance_before_ + geometry_hit.t;
+    scene_.fill_shading_point(hit, binding, -ray.direction, geometry_hit.t, cone, path_counts(), point);
+
+    BsdfSample scattered;
+    float u_roulette = -1.0f;  // none: a path that ends with the next light plays no roulette on its way there
+    if (bounces_.last) {
+      if (program.traits().emits)
+        add_surface_emission(hit, binding, ray.direction, distance, program.emission(point, scene_.textures()));
+      if (!k_transparency || !program.traits().may_be_transparent) break;
+      scattered.weight = program.transparency(point, scene_.textures());
+      scattered.wo_world = ray.direction;
+      scattered.event = k_scatter_transparent | k_scatter_delta;
+    } else {
+      program.evaluate(point, scene_.textures(), bsdf);
+      if (m_ == 0) bsdf.set_least_share(k_camera_least_share);
+      if (program.traits().emits) add_surface_emission(hit, binding, ray.direction, distance, bsdf.emission());
+      if (bsdf.empty()) break;
+      const EventNumbers numbers(sampler, event_index);
+
+      const int i = m_ + 1;
+      const float cosine = std::fabs(dot(point.ng_world, ray.direction));
+      const float per_area = inverse_square(distance);
+      pdfs_.reserve(i + 1);
+      if (m_ == 0) {
+        pdfs_.camera[i] = cosine * scene_.camera().connect(hit.p_world, camera_ray.origin).importance_px2_per_m2;
+        reach_ = reach_at(hit.p_world);
+      } else {
+        pdfs_.camera[i] = last_.pdf_solid_angle * cosine * per_area;
+      }
+      const uint8_t light_flags =
+          light_walk_flags(scene_.geometry().instance(hit.instance).visibility, program.traits().path_dependent);
+      pdfs_.flags[i] = k_connectible | light_flags;
+      const Here here{point,  hit,
+                      bsdf,   light_receiver_normal(bsdf, point.ng_world),
+                      i,      m_ > 0 ? std::fabs(dot(last_.ng_world, ray.direction)) * per_area : 0.0f,
+                      numbers};
+      if (bsdf.has_non_delta()) {
+        if (pass_.set.next_event && !scene_.lights().empty()) next_event(here);
+        if (pass_.set.connections) connect(here, walk_, 1.0f);
+        if (pass_.set.shared_lights)
+          for (const LightWalk* walk : pass_.shared_lights)
+            connect(here, *walk, 1.0f / static_cast<float>(pass_.shared_lights.size()));
+        if (pass_.set.merging && i >= pass_.set.first_merge_camera && pass_.photons) merge(here, sampler, event_index);
+      }
+      scattered = bsdf.sample(point.wi_world, numbers.lobe, numbers.direction, Transport::radiance);
+      u_roulette = numbers.roulette;
+      if (scattered.event == k_scatter_none) break;
+      if (!(scattered.event & k_scatter_transparent)) {
+        const bool delta = scattered.event & k_scatter_delta;
+        if (!pass_.set.camera_scatters && !delta) break;
+        if (i > 1) pdfs_.light[i - 1] = scattered.pdf_reverse_solid_angle * here.previous_per_solid_angle;
+        pdfs_.flags[i] = static_cast<uint8_t>((delta ? 0 : k_connectible) | light_flags);
+        m_ = i;
+        only_delta_ = only_delta_ && delta;
+        last_ = {hit.p_world, point.ng_world, here.receiver_normal, scattered.pdf_solid_angle, !delta};
+      }
+    }
+    throughput_ *= scattered.weight;
+    if (is_black(throughput_)) break;
+
+    if (!bounces_.advance(scattered.event, settings_.bounces)) break;
+    if (scattered.event & k_scatter_transparent) {
+      distance_before_ = distance;
+    } else {
+      const bool transmission = scattered.event & k_scatter_transmission;
+      const bool diffuse = scattered.event & k_scatter_diffuse;
+      if (after_diffuse_ && !diffuse && !(transmission ? settings_.caustics_refractive : settings_.caustics_reflective))
+        break;
+      after_diffuse_ = after_diffuse_ || diffuse;
+      only_transparent_ = false;
+      distance_before_ = 0.0f;
+    }
+
+    // Roulette on the throughput, as Cycles does: by its square root, which keeps more of what is dim but still
+    // matters. Weights leave it out.
+    if (event_index > 0 && u_roulette >= 0.0f) {
+      const float survival = std::min(1.0f, std::sqrt(max_component(abs(throughput_))));
+      if (survival < 1.0f) {
+        if (u_roulette >= survival) break;
+        throughput_ /= survival;
+      }
+    }
+
+    const float t_max = bounces_.ray_kind & k_ray_camera ? ray.t_max - geometry_hit.t : k_infinity;
+    cone.width_m += cone.spread * geometry_hit.t;
+    ray =
+        ray_from_surface(hit.p_world, hit.p_error, hit.ng_world, scattered.wo_world, bounces_.ray_kind & k_visible_all);
+    ray.t_max = t_max;
+  }
+  return estimate_;
+}
+
+template class Kernel<KernelProfile::solid>;
+template class Kernel<KernelProfile::surfaces>;
+
+}  // namespace lambent::bidirectional

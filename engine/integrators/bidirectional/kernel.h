@@ -1,0 +1,121 @@
+// The bidirectional family's kernel: light walks, camera walks, and every technique that joins them, weighed against
+// each other. Compiled once for each KernelProfile; which techniques run is data (TechniqueSet).
+#pragma once
+
+#include "engine/integrators/integrator.h"
+#include "engine/path/light_walk.h"
+#include "engine/path/path_pdfs.h"
+#include "engine/path/photon_map.h"
+#include "engine/sampling/event_numbers.h"
+
+namespace lambent::bidirectional {
+
+/// What all walks of a pass share. Immutable while it runs.
+struct Pass {
+  TechniqueSet set;
+  TechniqueCounts counts;
+  const PhotonMap* photons = nullptr;               ///< merging
+  std::span<const LightWalk* const> shared_lights;  ///< VPL: walks that every pixel connects to
+  float radius_scale = 0.0f;                        ///< merge radius over the pixel's footprint at x_1
+  float radius_limit_m = 0.0f;                      ///< largest merge radius
+  bool correlation_aware = true;
+  float clamp_connection = 0.0f;  ///< VPL: largest sum of R, G, B of one connection; 0: none
+};
+
+LightWalkSettings walk_settings(const IntegratorSettings& settings, const Pass& pass);
+
+/// One thread's working memory and walks. Reused from sample to sample.
+template <KernelProfile profile>
+class Kernel {
+ public:
+  /// @param film takes the splats; null if the set has no light tracing
+  Kernel(const Scene& scene, const IntegratorSettings& settings, const Pass& pass, Film* film, RayCounts& counts);
+
+  /// Traces the sample's light walk, connects it to the lens unless `silent`, and appends its photons if there is a
+  /// batch.
+  void light_sample(const Sampler& sampler, PhotonBatch* batch, bool silent);
+  /// Traces the camera walk; connects to the light walk traced last.
+  PathEstimate camera_sample(const Sampler& sampler, const CameraRay& camera_ray, int x, int y);
+
+ private:
+  static constexpr bool k_transparency = profile >= KernelProfile::surfaces;
+
+  /// The camera walk's newest scattering vertex, x_m.
+  struct Last {
+    Vec3 p_world{0.0f}, ng_world{0.0f}, receiver_normal{0.0f};
+    float pdf_solid_angle = 0.0f;  ///< of the direction it scattered to; discrete after delta events
+    bool connectible = false;
+  };
+  /// A vertex that techniques work at.
+  struct Here {
+    const ShadingPoint& point;
+    const SurfaceHit& hit;
+    const Bsdf& bsdf;
+    Vec3 receiver_normal;
+    int i;                           ///< its number, x_i
+    float previous_per_solid_angle;  ///< cos / d² at x_(i-1)
+    const EventNumbers& numbers;
+  };
+
+  float emission_weight(LightIndex light, const Vec3& n_light, const Vec3& direction, float distance, const Vec2& uv,
+                        const LightTraits& traits);
+  void add_lamps(const Ray& ray, float t_end);
+  void add_background(const Vec3& direction);
+  void add_surface_emission(const SurfaceHit& hit, const SurfaceBinding& binding, const Vec3& direction, float distance,
+                            const Color& emission);
+  void next_event(const Here& here);
+  void connect(const Here& here, const LightWalk& walk, float scale);
+  void merge(const Here& here, const Sampler& sampler, uint32_t event_index);
+  void connect_to_lens(const LightWalk& walk, const LightVertex& vertex, const Vec2& u_lens, float u_roulette);
+
+  /// The scatter at x_i towards the next vertex, as far as the densities of what lies before it go.
+  void set_scatter(const Here& here, const BsdfEval& eval);
+  /// Appends a light walk's densities: `vertex` becomes x_index, those nearer to the light follow.
+  void append_light(PathPdfs& pdfs, int index, const LightWalk& walk, const LightVertex& vertex,
+                    const LightScatter& scatter) const;
+  float weigh(PathPdfs& pdfs, Technique technique, int vertex, const MergeReach& reach) const {
+    return pass_.set.weighted() ? path_weight(pdfs, pass_.set, pass_.counts, reach, technique, vertex) : 1.0f;
+  }
+  MergeReach reach_at(const Vec3& p_first_hit) const;
+  /// What part of a joined path's light keeps within the limits by kind of event.
+  float share_within_limits(const EventCounts& before, const EventCounts& light_side, bool caustic,
+                            const EventShares* at_camera, const EventShares* at_light) const;
+  bool limits_are_near(const EventCounts& before, const EventCounts& light_side, int more) const;
+
+  void add(const Color& contribution, Technique technique, float weight, bool indirect);
+  Color visibility(const Ray& ray, uint32_t ray_kind, int transparent_before);
+  EventCounts counts() const {
+    return {bounces_.total, bounces_.diffuse, bounces_.glossy, bounces_.transmission, bounces_.transparent};
+  }
+  PathCounts path_counts() const {
+    return {bounces_.ray_kind, bounces_.total,        bounces_.diffuse,
+            bounces_.glossy,   bounces_.transmission, bounces_.transparent};
+  }
+
+  const Scene& scene_;
+  const IntegratorSettings& settings_;
+  const Pass& pass_;
+  Film* film_;
+  RayCounts& counts_;
+  LightWalk walk_;
+  LightWalk::Scratch scratch_;
+  PathPdfs pdfs_;       ///< the camera walk's, with what it is joined to
+  PathPdfs lens_pdfs_;  ///< of light tracing
+  float threshold_scale_ = k_infinity;
+
+  // The camera walk under way.
+  PathEstimate estimate_;
+  Color throughput_{1.0f};
+  BounceState bounces_;
+  Last last_;
+  MergeReach reach_;
+  int m_ = 0;  ///< scattering vertices so far
+  int pixel_x_ = 0, pixel_y_ = 0;
+  float distance_before_ = 0.0f;  ///< from x_m to the present ray's origin, through transparent surfaces
+  bool only_transparent_ = true, only_delta_ = true, after_diffuse_ = false;
+};
+
+extern template class Kernel<KernelProfile::solid>;
+extern template class Kernel<KernelProfile::surfaces>;
+
+}  // namespace lambent::bidirectional

@@ -1,0 +1,83 @@
+#include "engine/path/photon_map.h"
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <tuple>
+
+#include "engine/base/hash.h"
+
+namespace lambent {
+
+uint32_t PhotonMap::bucket_of(const Cell& cell) const {
+  return hash_combine(hash_combine(hash_u32(static_cast<uint32_t>(cell.x)), static_cast<uint32_t>(cell.y)),
+                      static_cast<uint32_t>(cell.z)) &
+         bucket_mask_;
+}
+
+size_t PhotonMap::bytes() const {
+  return photons_.capacity() * sizeof(Photon) + records_.capacity() * sizeof(PhotonRecord) +
+         starts_.capacity() * sizeof(uint32_t);
+}
+
+void PhotonMap::build(std::span<PhotonBatch* const> batches, float cell_m, const Bounds3& bounds, uint64_t paths,
+                      int threads) {
+  paths_ = paths;
+  origin_ = bounds.isEmpty() ? Vec3(0.0f) : bounds.min;
+  const float extent = bounds.isEmpty() ? 1.0f : max_component(bounds.max - bounds.min);
+  const float cell = std::max({cell_m, extent * 0x1p-19f, 1e-30f});
+  per_cell_ = 1.0f / cell;
+
+  // Where each batch's photons and records go.
+  std::vector<size_t> first_photon, first_record;
+  size_t photons = 0, records = 0;
+  for (const PhotonBatch* batch : batches) {
+    first_photon.push_back(photons);
+    first_record.push_back(records);
+    photons += batch->photons.size();
+    records += batch->records.size();
+  }
+  const uint32_t buckets = std::bit_ceil(static_cast<uint32_t>(std::clamp<size_t>(photons, 16, size_t(1) << 30)));
+  bucket_mask_ = buckets - 1;
+  photons_.resize(photons);
+  records_.resize(records);
+  starts_.assign(size_t(buckets) + 1, 0);
+
+  const auto count_of = [&](uint32_t bucket) { return std::atomic_ref<uint32_t>(starts_[bucket + 1]); };
+  const auto work = [&] {
+    tbb::parallel_for(size_t{0}, batches.size(), [&](size_t b) {
+      std::copy(batches[b]->records.begin(), batches[b]->records.end(), records_.begin() + first_record[b]);
+      for (const Photon& photon : batches[b]->photons)
+        count_of(bucket_of(cell_of(photon.p_world))).fetch_add(1, std::memory_order_relaxed);
+    });
+    // starts_[b + 1] holds the count of bucket b: turn it into where b begins, as a cursor that ends at b + 1's begin.
+    uint32_t running = 0;
+    for (uint32_t b = 0; b < buckets; ++b) running += std::exchange(starts_[b + 1], running);
+    tbb::parallel_for(size_t{0}, batches.size(), [&](size_t b) {
+      for (Photon photon : batches[b]->photons) {
+        photon.record += static_cast<uint32_t>(first_record[b]);
+        photons_[count_of(bucket_of(cell_of(photon.p_world))).fetch_add(1, std::memory_order_relaxed)] = photon;
+      }
+      batches[b]->clear();
+    });
+    const auto key = [](const Photon& p) {
+      return std::tuple(p.p_world.x, p.p_world.y, p.p_world.z, p.wi, p.flux.bits, p.normal);
+    };
+    constexpr uint32_t k_grain = 4096;
+    tbb::parallel_for(uint32_t{0}, (buckets + k_grain - 1) / k_grain, [&](uint32_t chunk) {
+      for (uint32_t b = chunk * k_grain, end = std::min(buckets, b + k_grain); b < end; ++b)
+        if (starts_[b + 1] - starts_[b] > 1)
+          std::sort(photons_.begin() + starts_[b], photons_.begin() + starts_[b + 1],
+                    [&](const Photon& l, const Photon& r) { return key(l) < key(r); });
+    });
+  };
+  if (threads > 0)
+    tbb::task_arena(threads).execute(work);
+  else
+    work();
+}
+
+}  // namespace lambent

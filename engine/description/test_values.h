@@ -162,6 +162,10 @@ inline Transaction full_transaction() {
   settings.clamp_indirect = 4;
   settings.light_threshold = 0.5f;
   settings.caustics_reflective = settings.caustics_refractive = false;
+  settings.merge_radius_px = 1.5f;
+  settings.merge_alpha = 0.5f;
+  settings.shared_light_paths = 9;
+  settings.clamp_connection = 8;
   settings.tile_size_px = 32;
   settings.passes = {"combined", "depth"};
   settings.threads = 3;

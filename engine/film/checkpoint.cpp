@@ -2,7 +2,7 @@
 //
 //   "LMBTFILM", u32 version, u64 bytes of the header text, header text, zstd frame of
 //   sums f64[P][C], counts u32[P], second moments f64[P] and stopped u8[P] (if the header has them), light paths u64
-//   and splats i64[P][3][2] (if the header has them).
+//   and splats i64[P][3][3] (if the header has them).
 // The header text holds the identity and the layout; it must be equal to the loading film's, byte by byte.
 #include <fmt/format.h>
 #include <unistd.h>

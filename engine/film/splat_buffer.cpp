@@ -5,35 +5,37 @@
 namespace lambent {
 
 namespace {
-constexpr double k_coarse = 0x1p16, k_fine = 0x1p52, k_largest = 0x1p40;
-}
+constexpr double k_steps_per_unit[3] = {0x1p44, 0x1p32, 0x1p8};
+constexpr double k_largest_fine = 0x1p-8, k_largest_middle = 0x1p16, k_largest = 0x1p48;
+}  // namespace
 
 SplatBuffer::SplatBuffer(size_t pixels, double unit)
     : pixels_(pixels),
-      unit_(unit > 0.0 && std::isfinite(unit) ? std::exp2(std::round(std::log2(unit))) : 1.0),
+      per_unit_(unit > 0.0 && std::isfinite(unit) ? std::exp2(-std::round(std::log2(unit))) : 1.0),
       sums_(new std::atomic<int64_t>[pixels * k_integers]()) {}
 
 bool SplatBuffer::add(size_t pixel, const Color& value) {
   double scaled[3];
   for (int c = 0; c < 3; ++c) {
-    scaled[c] = static_cast<double>(value[c]) / unit_;  // exact: a power of two
+    scaled[c] = static_cast<double>(value[c]) * per_unit_;  // exact: a power of two
     if (!(std::fabs(scaled[c]) < k_largest)) return false;
   }
   std::atomic<int64_t>* sums = sums_.get() + pixel * k_integers;
-  for (int c = 0; c < 3; ++c) {
-    const double coarse = std::nearbyint(scaled[c] * k_coarse);
-    const double rest = scaled[c] - coarse / k_coarse;  // exact: a float has 24 bits
-    if (coarse != 0.0) sums[2 * c].fetch_add(static_cast<int64_t>(coarse), std::memory_order_relaxed);
-    if (rest != 0.0)
-      sums[2 * c + 1].fetch_add(static_cast<int64_t>(std::nearbyint(rest * k_fine)), std::memory_order_relaxed);
+  for (int c = 0; c < 3; ++c, sums += 3) {
+    const double size = std::fabs(scaled[c]);
+    const int range = size < k_largest_fine ? 0 : size < k_largest_middle ? 1 : 2;
+    const int64_t steps = std::llrint(scaled[c] * k_steps_per_unit[range]);
+    if (steps != 0) sums[range].fetch_add(steps, std::memory_order_relaxed);
   }
   return true;
 }
 
 double SplatBuffer::sum(size_t pixel, int channel) const {
-  const std::atomic<int64_t>* sums = sums_.get() + pixel * k_integers + 2 * channel;
-  return unit_ * (static_cast<double>(sums[0].load(std::memory_order_relaxed)) / k_coarse +
-                  static_cast<double>(sums[1].load(std::memory_order_relaxed)) / k_fine);
+  const std::atomic<int64_t>* sums = sums_.get() + pixel * k_integers + 3 * channel;
+  double sum = 0.0;
+  for (int range = 2; range >= 0; --range)
+    sum += static_cast<double>(sums[range].load(std::memory_order_relaxed)) / k_steps_per_unit[range];
+  return sum / per_unit_;
 }
 
 }  // namespace lambent

@@ -52,14 +52,11 @@ PixelFilter::PixelFilter(FilterKind kind, float width_px)
     inverse_cdf_[cell] = static_cast<float>((i + (target - cdf[i]) / (cdf[i + 1] - cdf[i])) * step);
   }
   inverse_cdf_[k_cells] = radius_px_;
-}
-
-float PixelFilter::density_axis(float offset_px) const {
-  const float x = std::fabs(offset_px);
-  if (!(x < radius_px_)) return 0.0f;
-  const auto above = std::upper_bound(inverse_cdf_.begin(), inverse_cdf_.end(), x);
-  const auto cell = std::clamp<long>(above - inverse_cdf_.begin() - 1, 0, k_cells - 1);
-  return 0.5f / (k_cells * (inverse_cdf_[cell + 1] - inverse_cdf_[cell]));
+  for (int cell = 0, at = 0; at <= k_cells; ++at) {
+    const float offset = radius_px_ * static_cast<float>(at) * (1.0f - 1e-6f) / k_cells;
+    while (cell + 1 < k_cells && inverse_cdf_[cell + 1] <= offset) ++cell;
+    cell_near_.push_back(static_cast<uint16_t>(cell));
+  }
 }
 
 }  // namespace lambent

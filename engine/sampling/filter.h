@@ -1,6 +1,7 @@
 // Pixel filters, by importance sampling: a pixel sample is displaced by an offset drawn from the filter, with weight 1.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "engine/base/vec.h"
@@ -9,8 +10,8 @@ namespace lambent {
 
 enum class FilterKind : uint8_t { box, gaussian, blackman_harris };
 
-/// A separable, normalised, non-negative pixel filter. Immutable; 4 KiB of table. sample() and density() agree exactly:
-/// both are those of the table (1024 cells of equal probability on each side of the centre).
+/// A separable, normalised, non-negative pixel filter. Immutable; 6 KiB of tables. sample() and density() agree
+/// exactly: both are those of the table (1024 cells of equal probability on each side of the centre).
 ///
 /// Shapes are those of Cycles (scene/film.cpp): box is 1 px wide whatever `width_px`, as in Blender; Gaussian is
 /// exp(-8 (x / width)²), that is sigma = width / 4, cut off at 1.5 widths; Blackman-Harris is the four-term window
@@ -25,6 +26,14 @@ class PixelFilter {
 
   /// Value of the filter at an offset from the pixel's centre: the pdf of sample(), px⁻². Integrates to 1. For splats.
   float density(const Vec2& offset_px) const { return density_axis(offset_px.x) * density_axis(offset_px.y); }
+  /// One axis' factor of density(), px⁻¹.
+  float density_axis(float offset_px) const {
+    const float x = std::fabs(offset_px);
+    if (!(x < radius_px_)) return 0.0f;
+    size_t cell = cell_near_[static_cast<size_t>(x * k_cells / radius_px_)];
+    while (cell + 1 < k_cells && inverse_cdf_[cell + 1] <= x) ++cell;
+    return 0.5f / (k_cells * (inverse_cdf_[cell + 1] - inverse_cdf_[cell]));
+  }
 
   /// Half width of the support along an axis, px.
   float radius_px() const { return radius_px_; }
@@ -40,11 +49,10 @@ class PixelFilter {
     const float offset = lerp(inverse_cdf_[cell], inverse_cdf_[cell + 1], position - static_cast<float>(cell));
     return std::copysign(offset, signed_u);
   }
-  float density_axis(float offset_px) const;
-
   FilterKind kind_;
   float radius_px_;
-  std::vector<float> inverse_cdf_;  ///< k_cells + 1 offsets in [0, radius_px] of the half x >= 0
+  std::vector<float> inverse_cdf_;   ///< k_cells + 1 offsets in [0, radius_px] of the half x >= 0
+  std::vector<uint16_t> cell_near_;  ///< for equal steps of the offset, a cell at it or shortly before
 };
 
 }  // namespace lambent

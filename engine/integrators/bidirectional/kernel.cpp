@@ -15,6 +15,8 @@ constexpr float k_tan_one_degree = 0.017455065f;
 constexpr size_t k_most_photons = 2048;
 /// Photons on surfaces turned away further than this (cosine) lie around an edge or behind a thin wall.
 constexpr float k_least_normal_agreement = 0.4f;
+/// Below this density, px⁻², a pixel's share of a splat is added by chance.
+constexpr float k_thin_share = 0.05f;
 
 float inverse_square(float d) { return 1.0f / d * (1.0f / d); }
 
@@ -442,6 +444,7 @@ void Kernel<profile>::connect_to_lens(const LightWalk& walk, const LightVertex& 
   if (survival < 1.0f) {
     if (u_roulette >= survival) return;
     contribution /= survival;
+    u_roulette /= survival;  // uniform again
   }
   const Vec3 origin =
       offset_origin(vertex.surface.p_world, vertex.surface.p_error, vertex.surface.ng_world, lens.direction_world);
@@ -458,16 +461,35 @@ void Kernel<profile>::connect_to_lens(const LightWalk& walk, const LightVertex& 
     const float sum = std::fabs(contribution.x) + std::fabs(contribution.y) + std::fabs(contribution.z);
     if (limit > 0.0f && sum > limit) contribution *= limit / sum;
   }
-  // Every pixel whose filter covers the place gets its share.
-  const int x0 = static_cast<int>(std::floor(lens.raster_px.x - reach)),
-            x1 = static_cast<int>(std::floor(lens.raster_px.x + reach));
-  const int y0 = static_cast<int>(std::floor(lens.raster_px.y - reach)),
-            y1 = static_cast<int>(std::floor(lens.raster_px.y + reach));
-  for (int y = y0; y <= y1; ++y)
-    for (int x = x0; x <= x1; ++x) {
-      const float density = settings_.filter.density(
-          {lens.raster_px.x - static_cast<float>(x) - 0.5f, lens.raster_px.y - static_cast<float>(y) - 0.5f});
-      if (density > 0.0f) film_->splat(x, y, contribution * density);
+  splat(lens.raster_px, contribution, u_roulette);
+}
+
+/// Every pixel whose filter covers the place gets its share; thin shares (the filter's tails) by chance, for less work.
+template <KernelProfile profile>
+void Kernel<profile>::splat(const Vec2& raster_px, const Color& contribution, float u) {
+  const float reach = settings_.filter.radius_px();
+  const auto weigh_axis = [&](float at, int first, int end, std::vector<float>& weights) {
+    weights.clear();
+    for (int i = first; i < end; ++i)
+      weights.push_back(settings_.filter.density_axis(at - static_cast<float>(i) - 0.5f));
+  };
+  const Rectangle& region = film_->region();
+  const auto first_of = [&](float at, int low) { return std::max(static_cast<int>(std::floor(at - reach)), low); };
+  const auto end_of = [&](float at, int high) { return std::min(static_cast<int>(std::floor(at + reach)) + 1, high); };
+  const int x0 = first_of(raster_px.x, region.x), x1 = end_of(raster_px.x, region.x + region.width);
+  const int y0 = first_of(raster_px.y, region.y), y1 = end_of(raster_px.y, region.y + region.height);
+  weigh_axis(raster_px.x, x0, x1, splat_x_);
+  weigh_axis(raster_px.y, y0, y1, splat_y_);
+  for (int y = y0; y < y1; ++y)
+    for (int x = x0; x < x1; ++x) {
+      float density = splat_x_[static_cast<size_t>(x - x0)] * splat_y_[static_cast<size_t>(y - y0)];
+      if (density < k_thin_share) {
+        u += 0.6180340f;  // golden section steps: each by itself is uniform
+        u -= std::floor(u);
+        if (u * k_thin_share >= density) continue;
+        density = k_thin_share;
+      }
+      film_->splat(x, y, contribution * density);
     }
 }
 

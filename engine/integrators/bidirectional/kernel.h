@@ -68,6 +68,8 @@ class Kernel {
   void merge(const Here& here, const Sampler& sampler, uint32_t event_index);
   void connect_to_lens(const LightWalk& walk, const LightVertex& vertex, const Vec2& u_lens, float u_roulette);
 
+  void splat(const Vec2& raster_px, const Color& contribution, float u);
+
   /// The scatter at x_i towards the next vertex, as far as the densities of what lies before it go.
   void set_scatter(const Here& here, const BsdfEval& eval);
   /// Appends a light walk's densities: `vertex` becomes x_index, those nearer to the light follow.
@@ -101,6 +103,7 @@ class Kernel {
   LightWalk::Scratch scratch_;
   PathPdfs pdfs_;       ///< the camera walk's, with what it is joined to
   PathPdfs lens_pdfs_;  ///< of light tracing
+  std::vector<float> splat_x_, splat_y_;
   float threshold_scale_ = k_infinity;
 
   // The camera walk under way.

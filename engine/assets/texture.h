@@ -1,6 +1,9 @@
 // The inside of one texture: resident pixels, or a file behind the tile cache.
 #pragma once
 
+#include <Imath/half.h>
+
+#include <algorithm>
 #include <atomic>
 #include <memory>
 #include <string>
@@ -8,11 +11,42 @@
 
 #include "engine/assets/color_space.h"
 #include "engine/assets/texture_system.h"
+#include "engine/base/cancel.h"
 
 namespace lambent {
 
 enum class TexelType : uint8_t { u8, u16, f16, f32 };
 inline size_t texel_bytes(TexelType type) { return type == TexelType::u8 ? 1 : type == TexelType::f32 ? 4 : 2; }
+
+/// Calls visit.operator()<T>() with the type of a channel.
+template <typename Visitor>
+void with_type(TexelType type, const Visitor& visit) {
+  switch (type) {
+    case TexelType::u8:
+      return visit.template operator()<uint8_t>();
+    case TexelType::u16:
+      return visit.template operator()<uint16_t>();
+    case TexelType::f16:
+      return visit.template operator()<Imath::half>();
+    case TexelType::f32:
+      return visit.template operator()<float>();
+  }
+}
+
+/// A stored channel value as a float, and back; integers are fractions of their largest value, rounded and clamped.
+inline float decode(uint8_t v) { return v * (1.0f / 255.0f); }
+inline float decode(uint16_t v) { return v * (1.0f / 65535.0f); }
+inline float decode(Imath::half v) { return static_cast<float>(v); }
+inline float decode(float v) { return v; }
+template <typename T>
+T encode(float v) {
+  if constexpr (std::is_same_v<T, uint8_t>)
+    return static_cast<uint8_t>(std::clamp(v, 0.0f, 1.0f) * 255.0f + 0.5f);
+  else if constexpr (std::is_same_v<T, uint16_t>)
+    return static_cast<uint16_t>(std::clamp(v, 0.0f, 1.0f) * 65535.0f + 0.5f);
+  else
+    return T(v);
+}
 
 /// Reads texels of images that are not resident.
 class TileSource {
@@ -38,7 +72,8 @@ class Texture {
   int width = 1, height = 1;
   int channels = 4;  ///< 1, 3 or 4 as stored
   TexelType type = TexelType::f32;
-  std::vector<uint8_t> pixels;        ///< resident texels, row 0 at the bottom
+  /// Resident texels, row 0 at the bottom. Not a vector, which would first fill it: half a second for a large image.
+  std::unique_ptr<uint8_t[]> pixels;
   std::unique_ptr<TileSource> tiles;  ///< instead of pixels
   bool associate = false;             ///< tiles: multiply by alpha when read
   bool alpha_one = false;             ///< tiles: alpha is ignored
@@ -51,27 +86,52 @@ class Texture {
   size_t counted_bytes = 0;
 };
 
-/// Decoded file in memory. Row 0 at the bottom.
-struct DecodedImage {
-  int width = 0, height = 0, channels = 0;  ///< 1, 3 or 4
-  TexelType type = TexelType::u8;
-  bool is_float = false;
-  bool alpha_unassociated = false;  ///< the file's colour is not multiplied by its alpha
-  std::vector<uint8_t> pixels;
-};
-
-/// What a file would need; cheap (header only).
+/// What an image is, before its texels are read.
 struct ImageHeader {
-  int width = 0, height = 0, channels = 0;
+  int width = 0, height = 0;
+  int channels = 0;  ///< as kept: 1, 3 or 4
   TexelType type = TexelType::u8;
   bool is_float = false;
-  size_t resident_bytes = 0;
-  std::string error;
+  bool alpha_unassociated = false;  ///< the colour is not multiplied by its alpha
+  bool random_access = false;       ///< any part can be read without decoding what lies before it
 };
 
-ImageHeader read_image_header(const ImageSource& source);
-/// Decodes the whole image. On failure `error` says why (without naming the image).
-DecodedImage read_image(const ImageSource& source, std::string& error);
+/// An open image, read in blocks of rows: from a file, from packed bytes or from pixels in memory.
+class ImageReader {
+ public:
+  /// Null on failure; `error` says why (without naming the image). The source must outlive the reader.
+  static std::unique_ptr<ImageReader> open(const ImageSource& source, std::string& error);
+  ~ImageReader();
+
+  const ImageHeader& header() const { return header_; }
+  /// Rows that are best read at a time: about k_block_bytes of them, whole rows of tiles.
+  int block_rows() const { return block_rows_; }
+  /// Reads `count` rows from `first`, which counts from the top and is a multiple of block_rows().
+  /// @param texels receives header().channels values a texel of header().type; the first row read comes first.
+  /// False on failure, with `error`.
+  bool read_rows(int first, int count, uint8_t* texels, std::string& error);
+
+  /// Some 10 to 40 ms of decoding, so that cancelling between blocks is prompt.
+  static constexpr size_t k_block_bytes = size_t{4} << 20;
+
+ private:
+  ImageReader() = default;
+  bool read_file_rows(int first, int count, uint8_t* texels);
+  struct File;
+  std::unique_ptr<File> file_;     ///< null: pixels_
+  const float* pixels_ = nullptr;  ///< row 0 at the bottom
+  int source_channels_ = 0;        ///< read of each texel: header_.channels, or 2 that become 4
+  ImageHeader header_;
+  int block_rows_ = 1;
+};
+
+/// Reads the whole image into `texture`, which has its alpha_apart and conversion already: colours converted and alpha
+/// associated where the alpha mode asks for it, a block of rows at a time. Where width and height are less than the
+/// image's, each texel is the mean of those that fall into it. False on failure, with `error`, and if cancelled.
+bool load_resident(ImageReader& reader, ImageAlpha alpha, int width, int height, const CancelFlag& cancel,
+                   Texture& texture, std::string& error);
+/// Bytes of a texel as load_resident keeps it.
+size_t resident_texel_bytes(const ImageHeader& header, const ColorConversion& conversion);
 
 /// The process-wide cache of tiles shared by all textures of a TextureSystem.
 class TileCache {

@@ -6,14 +6,16 @@
 #include <filesystem>
 #include <map>
 #include <mutex>
+#include <utility>
 
 #include "engine/assets/texture.h"
-#include "engine/base/hash.h"
 
 namespace lambent {
 namespace {
 
 constexpr size_t k_minimal_cache_bytes = size_t{32} << 20;
+/// An image is never reduced below this, however little memory is left.
+constexpr int k_least_reduced_px = 256;
 
 struct Rgba {
   float r, g, b, a;
@@ -21,23 +23,9 @@ struct Rgba {
 Rgba operator*(const Rgba& v, float s) { return {v.r * s, v.g * s, v.b * s, v.a * s}; }
 Rgba operator+(const Rgba& x, const Rgba& y) { return {x.r + y.r, x.g + y.g, x.b + y.b, x.a + y.a}; }
 
-float decode(uint8_t v) { return v * (1.0f / 255.0f); }
-float decode(uint16_t v) { return v * (1.0f / 65535.0f); }
-float decode(Imath::half v) { return static_cast<float>(v); }
-float decode(float v) { return v; }
-template <typename T>
-T encode(float v) {
-  if constexpr (std::is_same_v<T, uint8_t>)
-    return static_cast<uint8_t>(std::clamp(v, 0.0f, 1.0f) * 255.0f + 0.5f);
-  else if constexpr (std::is_same_v<T, uint16_t>)
-    return static_cast<uint16_t>(std::clamp(v, 0.0f, 1.0f) * 65535.0f + 0.5f);
-  else
-    return T(v);
-}
-
 template <typename T>
 Rgba read_resident(const Texture& texture, int x, int y) {
-  const T* texel = reinterpret_cast<const T*>(texture.pixels.data()) +
+  const T* texel = reinterpret_cast<const T*>(texture.pixels.get()) +
                    (static_cast<size_t>(y) * texture.width + x) * texture.channels;
   switch (texture.channels) {
     case 1: {
@@ -158,94 +146,6 @@ Texel finish(const Texture& texture, Rgba value, bool straight_color) {
   return {Color(value.r, value.g, value.b), value.a};
 }
 
-// Applies alpha mode and colour transform to resident texels. 8- and 16-bit integers stay so unless a transform is due.
-template <typename T>
-void associate_alpha(std::vector<uint8_t>& pixels) {
-  T* texel = reinterpret_cast<T*>(pixels.data());
-  const size_t count = pixels.size() / sizeof(T) / 4;
-  for (size_t i = 0; i < count; ++i, texel += 4) {
-    const float alpha = decode(texel[3]);
-    if (alpha == 1.0f) continue;
-    for (int k = 0; k < 3; ++k) texel[k] = encode<T>(decode(texel[k]) * alpha);
-  }
-}
-template <typename T>
-void set_alpha_one(std::vector<uint8_t>& pixels) {
-  T* texel = reinterpret_cast<T*>(pixels.data());
-  const size_t count = pixels.size() / sizeof(T) / 4;
-  for (size_t i = 0; i < count; ++i) texel[4 * i + 3] = encode<T>(1.0f);
-}
-template <typename T>
-void clear_non_finite(std::vector<uint8_t>& pixels) {
-  T* value = reinterpret_cast<T*>(pixels.data());
-  const size_t count = pixels.size() / sizeof(T);
-  for (size_t i = 0; i < count; ++i)
-    if (!std::isfinite(decode(value[i]))) value[i] = T(0.0f);
-}
-template <typename T>
-std::vector<uint8_t> to_floats(const std::vector<uint8_t>& pixels) {
-  const size_t count = pixels.size() / sizeof(T);
-  std::vector<uint8_t> floats(count * sizeof(float));
-  const T* from = reinterpret_cast<const T*>(pixels.data());
-  float* to = reinterpret_cast<float*>(floats.data());
-  for (size_t i = 0; i < count; ++i) to[i] = decode(from[i]);
-  return floats;
-}
-
-template <typename Visitor>
-void with_type(TexelType type, const Visitor& visit) {
-  switch (type) {
-    case TexelType::u8:
-      visit.template operator()<uint8_t>();
-      break;
-    case TexelType::u16:
-      visit.template operator()<uint16_t>();
-      break;
-    case TexelType::f16:
-      visit.template operator()<Imath::half>();
-      break;
-    case TexelType::f32:
-      visit.template operator()<float>();
-      break;
-  }
-}
-
-void prepare_resident(Texture& texture, DecodedImage&& image, ImageAlpha alpha) {
-  texture.width = image.width;
-  texture.height = image.height;
-  texture.channels = image.channels;
-  texture.type = image.type;
-  texture.pixels = std::move(image.pixels);
-  if (image.is_float)
-    with_type(texture.type, [&]<typename T>() {
-      if constexpr (!std::is_integral_v<T>) clear_non_finite<T>(texture.pixels);
-    });
-  if (texture.conversion.kind == ColorConversion::Kind::apply) {
-    if (texture.type != TexelType::f32) {
-      with_type(texture.type, [&]<typename T>() { texture.pixels = to_floats<T>(texture.pixels); });
-      texture.type = TexelType::f32;
-    }
-    float* values = reinterpret_cast<float*>(texture.pixels.data());
-    const size_t count = static_cast<size_t>(texture.width) * texture.height;
-    if (texture.channels == 1) {
-      std::vector<uint8_t> rgb(count * 3 * sizeof(float));
-      float* wide = reinterpret_cast<float*>(rgb.data());
-      for (size_t i = 0; i < count; ++i) wide[3 * i] = wide[3 * i + 1] = wide[3 * i + 2] = values[i];
-      texture.pixels = std::move(rgb);
-      texture.channels = 3;
-      values = reinterpret_cast<float*>(texture.pixels.data());
-    }
-    texture.conversion.transform->apply(values, count, texture.channels);
-    texture.conversion.kind = ColorConversion::Kind::none;
-    clear_non_finite<float>(texture.pixels);
-  }
-  if (texture.channels == 4) {
-    if (alpha == ImageAlpha::none) with_type(texture.type, [&]<typename T>() { set_alpha_one<T>(texture.pixels); });
-    if (!texture.alpha_apart && alpha == ImageAlpha::straight && image.alpha_unassociated)
-      with_type(texture.type, [&]<typename T>() { associate_alpha<T>(texture.pixels); });
-  }
-}
-
 Color average_of(const Texture& texture) {
   int level = 0, width = texture.width, height = texture.height;
   if (texture.tiles) {
@@ -268,19 +168,6 @@ Color average_of(const Texture& texture) {
                static_cast<float>(sum[2] / count));
 }
 
-uint64_t hash_bytes(const void* data, size_t size) {
-  uint64_t hash = hash_u64(size);
-  const uint8_t* bytes = static_cast<const uint8_t*>(data);
-  for (; size >= 8; size -= 8, bytes += 8) {
-    uint64_t word;
-    std::memcpy(&word, bytes, 8);
-    hash = hash_u64(hash ^ word);
-  }
-  uint64_t rest = 0;
-  std::memcpy(&rest, bytes, size);
-  return hash_u64(hash ^ rest);
-}
-
 // Same content and reading: same key.
 std::string key_of(const ImageSource& source) {
   std::string key = source.colorspace + "|" + std::to_string(static_cast<int>(source.alpha)) + "|";
@@ -290,12 +177,7 @@ std::string key_of(const ImageSource& source) {
     const auto size = std::filesystem::file_size(source.path, error);
     return key + source.path + "|" + std::to_string(time.time_since_epoch().count()) + "|" + std::to_string(size);
   }
-  if (source.pixels) {
-    const size_t count = static_cast<size_t>(source.width) * source.height * source.channels;
-    return key + "pixels|" + std::to_string(source.width) + "x" + std::to_string(source.height) + "|" +
-           std::to_string(hash_bytes(source.pixels, count * sizeof(float)));
-  }
-  return key + source.extension + "|" + std::to_string(hash_bytes(source.encoded.data(), source.encoded.size()));
+  return key + source.extension + "|" + source.content_hash;
 }
 
 void make_pink(Texture& texture, std::string code, std::string message) {
@@ -303,8 +185,9 @@ void make_pink(Texture& texture, std::string code, std::string message) {
   texture.channels = 4;
   texture.type = TexelType::f32;
   const float pink[4] = {1, 0, 1, 1};
-  texture.pixels.resize(sizeof(pink));
-  std::memcpy(texture.pixels.data(), pink, sizeof(pink));
+  texture.pixels = std::make_unique<uint8_t[]>(sizeof(pink));
+  if (texture.resident_total) texture.resident_total->fetch_sub(std::exchange(texture.counted_bytes, 0));
+  std::memcpy(texture.pixels.get(), pink, sizeof(pink));
   texture.tiles.reset();
   texture.conversion = {};
   texture.average = Color(1, 0, 1);
@@ -312,9 +195,12 @@ void make_pink(Texture& texture, std::string code, std::string message) {
   texture.message = std::move(message);
 }
 
-std::string place(const ImageSource& source) {
-  return source.path.empty() ? (source.pixels ? "(generated pixels)" : "(packed" + source.extension + ")")
-                             : "'" + source.path + "'";
+/// The image and where it comes from, for messages.
+std::string subject_of(const ImageSource& source) {
+  const std::string place = source.path.empty()
+                                ? (source.pixels ? "(generated pixels)" : "(packed" + source.extension + ")")
+                                : "'" + source.path + "'";
+  return "Image '" + source.name + "' " + place;
 }
 
 }  // namespace
@@ -338,102 +224,148 @@ struct TextureSystem::State {
   size_t resident_limit() const {
     return options.memory_limit_bytes > cache_bytes ? options.memory_limit_bytes - cache_bytes : 0;
   }
+  void settle(PendingTexture::State& pending, Report& report);
+  void fail(PendingTexture::State& pending, const std::string& why, Report& report);
+  void remember(const PendingTexture::State& pending);
 };
 
 TextureSystem::TextureSystem() : TextureSystem(Options{}) {}
 TextureSystem::TextureSystem(const Options& options) : state_(std::make_unique<State>(options)) {}
 TextureSystem::~TextureSystem() = default;
 
-TextureHandle TextureSystem::add_image(const ImageSource& source, Report& report) {
-  const std::string key = key_of(source);
+/// An image whose place in memory is settled and whose texels are not read yet.
+struct PendingTexture::State {
+  ImageSource source;
+  std::string key;
+  std::shared_ptr<Texture> texture;
+  TextureHandle known;  ///< an earlier one that it shares, instead
+  ImageHeader header;
+  int width = 0, height = 0;  ///< to be kept
+  bool tiled = false;         ///< to be read through the tile cache
+  bool failed = false;
+};
+PendingTexture::PendingTexture() = default;
+PendingTexture::PendingTexture(PendingTexture&&) noexcept = default;
+PendingTexture& PendingTexture::operator=(PendingTexture&&) noexcept = default;
+PendingTexture::~PendingTexture() = default;
+
+PendingTexture TextureSystem::reserve(const ImageSource& source, Report& report) {
+  PendingTexture result;
+  result.state_ = std::make_unique<PendingTexture::State>();
+  PendingTexture::State& pending = *result.state_;
+  pending.source = source;
+  pending.key = key_of(source);
   {
     const std::lock_guard lock(state_->mutex);
     if (!state_->color_spaces.error().empty() && !state_->config_error_reported) {
       state_->config_error_reported = true;
       report.warning("color_config", source.name, state_->color_spaces.error());
     }
-    if (TextureHandle known = state_->textures[key].lock()) {
-      if (!known->message.empty()) report.error(known->code, source.name, known->message);
-      return known;
-    }
+    const auto known = state_->textures.find(pending.key);
+    if (known != state_->textures.end()) pending.known = known->second.lock();
   }
-  auto texture = std::make_shared<Texture>();
-  const std::string subject = "Image '" + source.name + "' " + place(source);
-  const auto remember = [&]() -> TextureHandle {
-    const std::lock_guard lock(state_->mutex);
-    state_->textures[key] = texture;
-    return texture;
-  };
-  const auto fail = [&](const char* code, const std::string& why) -> TextureHandle {
-    make_pink(*texture, code, subject + " cannot be used, pink takes its place: " + why + ".");
-    report.error(texture->code, source.name, texture->message);
-    return remember();
-  };
-
-  ImageHeader header;
-  if (source.pixels) {
-    if (source.width <= 0 || source.height <= 0 || source.channels <= 0 || source.channels > 4)
-      return fail("corrupt_texture", "its size is " + std::to_string(source.width) + " x " +
-                                         std::to_string(source.height) + " with " + std::to_string(source.channels) +
-                                         " channels");
-    header = {source.width, source.height, source.channels == 2 ? 4 : source.channels, TexelType::f32, true, 0, {}};
-    header.resident_bytes = static_cast<size_t>(header.width) * header.height * header.channels * sizeof(float);
-  } else {
-    if (source.path.empty() && source.encoded.empty())
-      return fail("missing_texture", "it has neither a file nor pixels");
-    header = read_image_header(source);
-    if (!header.error.empty())
-      return fail(header.error == "the file does not exist" ? "missing_texture" : "corrupt_texture", header.error);
+  if (pending.known) {
+    if (!pending.known->message.empty()) report.error(pending.known->code, source.name, pending.known->message);
+    return result;
   }
-
-  texture->conversion = state_->color_spaces.find(source.colorspace, header.is_float);
-  if (!texture->conversion.warning.empty())
-    report.warning("color_space", source.name, subject + ": " + texture->conversion.warning + ".");
-  texture->alpha_apart =
-      texture->conversion.is_data || source.alpha == ImageAlpha::channel_packed || source.alpha == ImageAlpha::none;
-
-  size_t needed = header.resident_bytes;
-  if (texture->conversion.kind == ColorConversion::Kind::apply)
-    needed = static_cast<size_t>(header.width) * header.height * std::max(header.channels, 3) * sizeof(float);
-  const size_t before = state_->resident->fetch_add(needed);
-  texture->resident_total = state_->resident;
-  texture->counted_bytes = needed;
+  pending.texture = std::make_shared<Texture>();
+  if (!source.pixels && source.path.empty() && source.encoded.empty()) {
+    state_->fail(pending, "it has neither a file nor pixels", report);
+    return result;
+  }
   std::string error;
-  if (before + needed > state_->resident_limit() && !source.pixels) {
-    state_->resident->fetch_sub(needed);
-    texture->counted_bytes = 0;
+  const std::unique_ptr<ImageReader> reader = ImageReader::open(source, error);
+  if (!reader) {
+    state_->fail(pending, error, report);
+    return result;
+  }
+  pending.header = reader->header();
+  Texture& texture = *pending.texture;
+  texture.conversion = state_->color_spaces.find(source.colorspace, pending.header.is_float);
+  if (!texture.conversion.warning.empty())
+    report.warning("color_space", source.name, subject_of(source) + ": " + texture.conversion.warning + ".");
+  texture.alpha_apart =
+      texture.conversion.is_data || source.alpha == ImageAlpha::channel_packed || source.alpha == ImageAlpha::none;
+  state_->settle(pending, report);
+  return result;
+}
+
+/// Gives the image its share of the memory: as it is, through the tile cache, or smaller.
+void TextureSystem::State::settle(PendingTexture::State& pending, Report& report) {
+  const ImageHeader& header = pending.header;
+  const size_t texel = resident_texel_bytes(header, pending.texture->conversion);
+  const size_t used = resident->load(), limit = resident_limit();
+  const size_t left = limit > used ? limit - used : 0;
+  int divisor = 1;
+  const auto reduced = [&](int size) { return (size + divisor - 1) / divisor; };
+  const auto bytes = [&] { return static_cast<size_t>(reduced(header.width)) * reduced(header.height) * texel; };
+  if (bytes() > left && header.random_access) {
+    pending.tiled = true;
+    return;
+  }
+  while (bytes() > left && std::max(header.width, header.height) > divisor * k_least_reduced_px) ++divisor;
+  pending.width = reduced(header.width);
+  pending.height = reduced(header.height);
+  if (divisor > 1)
+    report.warning("large_texture", pending.source.name,
+                   subject_of(pending.source) + " of " + std::to_string(header.width) + " x " +
+                       std::to_string(header.height) + " pixels exceeds the memory left for textures (" +
+                       std::to_string(left >> 20) + " MB): used at " + std::to_string(pending.width) + " x " +
+                       std::to_string(pending.height) +
+                       ". Give lambentd more with --texture-cache, or make the file a tiled TIFF or EXR.");
+  pending.texture->resident_total = resident;
+  pending.texture->counted_bytes = bytes();
+  resident->fetch_add(pending.texture->counted_bytes);
+}
+
+/// Makes the texture pink, with a message.
+void TextureSystem::State::fail(PendingTexture::State& pending, const std::string& why, Report& report) {
+  pending.failed = true;
+  Texture& texture = *pending.texture;
+  const bool missing = why == "the file does not exist" || why == "it has neither a file nor pixels";
+  make_pink(texture, missing ? "missing_texture" : "corrupt_texture",
+            subject_of(pending.source) + " cannot be used, pink takes its place: " + why + ".");
+  report.error(texture.code, pending.source.name, texture.message);
+  remember(pending);
+}
+
+void TextureSystem::State::remember(const PendingTexture::State& pending) {
+  const std::lock_guard lock(mutex);
+  textures[pending.key] = pending.texture;
+}
+
+TextureHandle TextureSystem::load(PendingTexture reserved, Report& report, const CancelFlag& cancel) {
+  PendingTexture::State& pending = *reserved.state_;
+  if (pending.known) return pending.known;
+  if (pending.failed) return pending.texture;
+  Texture& texture = *pending.texture;
+  std::string error;
+  if (pending.tiled) {
     {
       const std::lock_guard lock(state_->mutex);
       if (!state_->tile_cache) state_->tile_cache = std::make_unique<TileCache>(state_->cache_bytes);
-      texture->tiles = state_->tile_cache->open(source, error);
+      texture.tiles = state_->tile_cache->open(pending.source, error);
     }
-    if (!texture->tiles) return fail("corrupt_texture", error);
-    texture->width = header.width;
-    texture->height = header.height;
-    texture->alpha_one = source.alpha == ImageAlpha::none;
-    texture->associate = !texture->alpha_apart && source.alpha == ImageAlpha::straight && !header.is_float;
-  } else {
-    DecodedImage image;
-    if (source.pixels) {
-      const size_t count = static_cast<size_t>(source.width) * source.height;
-      image = {source.width, source.height, header.channels, TexelType::f32, true, true, {}};
-      image.pixels.resize(count * header.channels * sizeof(float));
-      float* to = reinterpret_cast<float*>(image.pixels.data());
-      if (source.channels == 2)
-        for (size_t i = 0; i < count; ++i) {
-          to[4 * i] = to[4 * i + 1] = to[4 * i + 2] = source.pixels[2 * i];
-          to[4 * i + 3] = source.pixels[2 * i + 1];
-        }
-      else
-        std::memcpy(to, source.pixels, image.pixels.size());
-    } else {
-      image = read_image(source, error);
-      if (image.pixels.empty()) return fail("corrupt_texture", error);
-    }
-    prepare_resident(*texture, std::move(image), source.alpha);
+    texture.width = pending.header.width;
+    texture.height = pending.header.height;
+    texture.alpha_one = pending.source.alpha == ImageAlpha::none;
+    texture.associate =
+        !texture.alpha_apart && pending.source.alpha == ImageAlpha::straight && !pending.header.is_float;
+  } else if (const auto reader = ImageReader::open(pending.source, error)) {
+    load_resident(*reader, pending.source.alpha, pending.width, pending.height, cancel, texture, error);
   }
-  texture->average = average_of(*texture);
-  return remember();
+  if (cancel.cancelled()) return nullptr;
+  if (!error.empty()) {
+    state_->fail(pending, error, report);
+    return pending.texture;
+  }
+  texture.average = average_of(texture);
+  state_->remember(pending);
+  return pending.texture;
+}
+
+TextureHandle TextureSystem::add_image(const ImageSource& source, Report& report) {
+  return load(reserve(source, report), report, CancelFlag());
 }
 
 Texel TextureSystem::lookup(const Texture& texture, const TextureLookup& request) const {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/cancel.h"
 #include "engine/base/report.h"
 #include "engine/base/vec.h"
 
@@ -24,6 +25,7 @@ struct ImageSource {
   const float* pixels = nullptr;  ///< float[height][width][channels], row 0 at the bottom
   int width = 0, height = 0, channels = 0;
   std::shared_ptr<const void> owner;  ///< keeps `encoded` or `pixels` alive
+  std::string content_hash;           ///< of `encoded`, or of `pixels` and their shape: equal for equal content alone
   std::string colorspace;             ///< OpenColorIO's or Blender's name; empty: decided by the file
   ImageAlpha alpha = ImageAlpha::straight;
 };
@@ -51,7 +53,21 @@ struct Texel {
 class Texture;
 using TextureHandle = std::shared_ptr<const Texture>;
 
-/// Loads images and looks them up. add_image and lookup are safe to call from any thread.
+/// An image whose header was read and which has its share of the memory: between TextureSystem::reserve and load.
+class PendingTexture {
+ public:
+  PendingTexture(PendingTexture&&) noexcept;
+  PendingTexture& operator=(PendingTexture&&) noexcept;
+  ~PendingTexture();
+
+ private:
+  friend class TextureSystem;
+  struct State;
+  PendingTexture();
+  std::unique_ptr<State> state_;
+};
+
+/// Loads images and looks them up. load, add_image and lookup are safe to call from any thread.
 class TextureSystem {
  public:
   struct Options {
@@ -65,13 +81,19 @@ class TextureSystem {
   TextureSystem(const TextureSystem&) = delete;
   TextureSystem& operator=(const TextureSystem&) = delete;
 
-  /// Loads (or shares an already loaded) image. Never null, never throws: a missing or corrupt file gives pink
-  /// (1, 0, 1, 1) as in Blender and an error that names image and file.
+  /// Reads an image's header and settles how it is kept. Which images find no room in the memory limit follows from
+  /// the order of these calls alone, so pictures do not depend on threads. Such an image goes through the tile cache if
+  /// its format lets parts be read (TIFF, EXR, anything tiled); else it is kept smaller, with a warning.
+  PendingTexture reserve(const ImageSource& source, Report& report);
+  /// Loads (or shares an already loaded) image. Never throws: a missing or corrupt file gives pink (1, 0, 1, 1) as in
+  /// Blender and an error that names image and file. Null only if cancelled, within some 40 ms of decoding.
+  TextureHandle load(PendingTexture reserved, Report& report, const CancelFlag& cancel);
+  /// Both, without cancelling.
   TextureHandle add_image(const ImageSource& source, Report& report);
 
-  /// Filtered value. Images that fit the memory limit are resident and filtered at full resolution, as in Cycles (the
-  /// footprint is ignored); larger ones go through OpenImageIO's tile cache at the resolution of the footprint, if the
-  /// file has resolution levels. Non-finite coordinates give the value at (0, 0).
+  /// Filtered value. Resident images are filtered at full resolution, as in Cycles (the footprint is ignored); those
+  /// behind the tile cache at the resolution of the footprint, if the file has resolution levels. Non-finite
+  /// coordinates give the value at (0, 0).
   Texel lookup(const Texture& texture, const TextureLookup& lookup) const;
 
   /// Bytes now held by resident images and the tile cache.

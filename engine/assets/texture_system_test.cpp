@@ -4,10 +4,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <pthread.h>
+#include <time.h>
+
 #include <filesystem>
 #include <fstream>
+#include <future>
+#include <thread>
 
 #include "engine/assets/color_space.h"
+#include "engine/base/memory.h"
 
 namespace lambent {
 namespace {
@@ -155,6 +161,7 @@ TEST_F(TextureTest, packed_bytes_give_what_the_file_gives) {
   source.name = "packed";
   source.encoded = bytes;
   source.extension = ".png";
+  source.content_hash = "of these bytes";
   source.colorspace = "Non-Color";
   const TextureHandle texture = textures_.add_image(source, report_);
   EXPECT_EQ(at(texture, 0.5f, 0.25f).color, Color(0, 0, 1));
@@ -219,6 +226,99 @@ TEST_F(TextureTest, an_image_over_the_memory_limit_goes_through_the_tile_cache_a
     EXPECT_NEAR(small.lookup(*texture, lookup).color.x, lookup.uv.x, 0.02f);
   }
   EXPECT_LT(small.bytes(), size_t{64} << 20);
+}
+
+/// A grey ramp from left to right of the size that artists call 16k; a few MB as a file, 256 MB decoded.
+class LargeTextureTest : public TextureTest {
+ protected:
+  static constexpr int k_size = 16384;
+
+  void SetUp() override {
+    TextureTest::SetUp();
+    path_ = (folder_ / "large.png").string();
+    auto output = OIIO::ImageOutput::create(path_);
+    OIIO::ImageSpec spec(k_size, k_size, 1, OIIO::TypeDesc::UINT8);
+    spec.attribute("png:compressionLevel", 1);
+    ASSERT_TRUE(output && output->open(path_, spec));
+    std::vector<uint8_t> row(k_size);
+    for (int x = 0; x < k_size; ++x) row[x] = static_cast<uint8_t>(x / 64);
+    for (int y = 0; y < k_size; ++y) ASSERT_TRUE(output->write_scanline(y, 0, OIIO::TypeDesc::UINT8, row.data()));
+    ASSERT_TRUE(output->close());
+  }
+  ImageSource source() const {
+    ImageSource result;
+    result.name = "large";
+    result.path = path_;
+    result.colorspace = "Non-Color";
+    return result;
+  }
+
+  std::string path_;
+};
+
+TEST_F(LargeTextureTest, one_that_exceeds_the_memory_limit_is_kept_smaller_with_a_warning) {
+  constexpr size_t k_limit = size_t{128} << 20;
+  TextureSystem::Options options;
+  options.memory_limit_bytes = k_limit;
+  TextureSystem small(options);
+  const size_t before = peak_resident_bytes();
+  const TextureHandle texture = small.add_image(source(), report_);
+  EXPECT_LT(small.bytes(), k_limit);
+  EXPECT_LT(peak_resident_bytes(), before + k_limit) << "while loading too";
+  EXPECT_EQ(texture_size(*texture).width, k_size / 2);
+  ASSERT_EQ(report_.messages().size(), 1u);
+  EXPECT_EQ(report_.messages()[0].severity, Severity::warning);
+  EXPECT_THAT(report_.messages()[0].text, HasSubstr("large.png' of 16384 x 16384 pixels"));
+  EXPECT_THAT(report_.messages()[0].text, HasSubstr("used at 8192 x 8192"));
+  for (int i = 0; i < 64; ++i) {
+    TextureLookup lookup;
+    lookup.uv = {(i + 0.5f) / 64, 0.3f};
+    EXPECT_NEAR(small.lookup(*texture, lookup).color.x, (4 * i + 1.5f) / 255, 0.6f / 255);
+  }
+}
+
+TEST_F(LargeTextureTest, cancelling_takes_effect_within_100_ms_of_decoding) {
+  CancelFlag cancel;
+  clockid_t clock;
+  std::promise<void> started;
+  double at_end_s = 0.0;
+  TextureHandle texture;
+  const auto seconds = [](clockid_t of) {
+    timespec time{};
+    clock_gettime(of, &time);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+  };
+  std::thread loader([&] {
+    pthread_getcpuclockid(pthread_self(), &clock);
+    started.set_value();
+    texture = textures_.load(textures_.reserve(source(), report_), report_, cancel);
+    at_end_s = seconds(CLOCK_THREAD_CPUTIME_ID);
+  });
+  started.get_future().wait();
+  // By the loader's own clock, which other programs do not stretch
+  while (seconds(clock) < 0.05) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  cancel.cancel();
+  const double at_cancel_s = seconds(clock);
+  loader.join();
+  EXPECT_EQ(texture, nullptr) << "decoding the whole takes several times 50 ms";
+  EXPECT_LT(at_end_s - at_cancel_s, 0.1);
+  EXPECT_EQ(textures_.bytes(), 0u);
+}
+
+TEST_F(TextureTest, which_image_is_kept_smaller_follows_from_the_order_of_reservations) {
+  TextureSystem::Options options;
+  options.memory_limit_bytes = (size_t{32} << 20) + 1500 * 1500 * 3;
+  TextureSystem small(options);
+  std::vector<PendingTexture> reserved;
+  for (const char* name : {"a.png", "b.png"}) {
+    ImageSource source;
+    source.path = write(name, 1000, 1500, 3, std::vector<uint8_t>(1000 * 1500 * 3, 9));
+    reserved.push_back(small.reserve(source, report_));
+  }
+  const TextureHandle second = small.load(std::move(reserved[1]), report_, CancelFlag());
+  const TextureHandle first = small.load(std::move(reserved[0]), report_, CancelFlag());
+  EXPECT_EQ(texture_size(*first).height, 1500);
+  EXPECT_EQ(texture_size(*second).height, 750);
 }
 
 }  // namespace

@@ -104,9 +104,13 @@ ImageSource image_source(const std::shared_ptr<const description::Image>& image)
   ImageSource source;
   source.name = image->name;
   source.path = image->path;
-  if (image->encoded) source.encoded = image->encoded->as<uint8_t>();
+  if (image->encoded) {
+    source.encoded = image->encoded->as<uint8_t>();
+    source.content_hash = image->encoded->hash;
+  }
   source.extension = image->extension;
   if (image->pixels && image->pixels->shape.size() >= 2) {
+    source.content_hash = image->pixels->hash;
     source.pixels = image->pixels->as<float>().data();
     source.height = static_cast<int>(image->pixels->shape[0]);
     source.width = static_cast<int>(image->pixels->shape[1]);

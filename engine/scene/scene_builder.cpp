@@ -58,7 +58,8 @@ void SceneBuilder::State::prepare_textures(const SceneDescription& description) 
   std::erase_if(lights, [](const auto& entry) { return entry.first->graph && uses_images(*entry.first->graph); });
 }
 
-/// Loads the new images that some graph names, several at a time.
+/// Loads the new images that some graph names: their memory is shared out in order, their texels are read several at a
+/// time.
 void SceneBuilder::State::load_images(Build& build) {
   const SceneDescription& description = build.description;
   std::vector<Cached<description::Image, TextureHandle>*> fresh;
@@ -74,9 +75,14 @@ void SceneBuilder::State::load_images(Build& build) {
   for (const auto& [id, world] : description.worlds) for_each_image(world->graph, want);
   for (const auto& [id, light] : description.lights)
     if (light->graph) for_each_image(*light->graph, want);
-  tbb::parallel_for(size_t{0}, fresh.size(), [&](size_t i) {
+  std::vector<PendingTexture> reserved;
+  for (auto* image : fresh) {
+    if (build.cancel.cancelled()) break;
+    reserved.push_back(textures->reserve(image_source(image->source), image->report));
+  }
+  tbb::parallel_for(size_t{0}, reserved.size(), [&](size_t i) {
     if (!build.cancel.cancelled())
-      fresh[i]->made = textures->add_image(image_source(fresh[i]->source), fresh[i]->report);
+      fresh[i]->made = textures->load(std::move(reserved[i]), fresh[i]->report, build.cancel);
   });
   if (build.cancel.cancelled()) std::erase_if(images, [](const auto& entry) { return !entry.second.made; });
 }

@@ -124,7 +124,7 @@ struct Session::State {
   State(std::shared_ptr<PooledEngine> shared_engine, SessionEvents session_events)
       : engine(std::move(shared_engine)),
         events(std::move(session_events)),
-        builder({engine->options.texture_cache_bytes}) {}
+        builder({engine->options.texture_cache_bytes ? engine->options.texture_cache_bytes : physical_bytes() / 4}) {}
 
   std::shared_ptr<Run> current() const {
     const std::lock_guard lock(mutex);

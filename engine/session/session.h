@@ -117,12 +117,11 @@ class Session {
 };
 
 struct EngineOptions {
-  int threads = 0;  ///< 0: all cores
-  size_t texture_cache_bytes = size_t(1) << 30;
+  int threads = 0;                 ///< 0: all cores
+  size_t texture_cache_bytes = 0;  ///< for one session's textures; 0: a quarter of this machine's memory
 };
 
-/// Shared by all sessions of a process: worker threads, which serve running sessions' tiles in turn, and the texture
-/// cache.
+/// Shared by all sessions of a process: worker threads, which serve running sessions' tiles in turn, and options.
 class Engine {
  public:
   static std::shared_ptr<Engine> create(const EngineOptions& options);

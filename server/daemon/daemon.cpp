@@ -8,6 +8,7 @@
 #include <cstdlib>
 
 #include "engine/base/log.h"
+#include "engine/base/memory.h"
 #include "server/transport/authentication.h"
 
 namespace lambent {
@@ -16,10 +17,6 @@ namespace {
 /// Connections in their handshake; a further one ends the oldest, so that silent ones cannot lock others out.
 constexpr size_t k_handshakes = 32;
 constexpr std::chrono::seconds k_end_time{5};
-
-uint64_t physical_memory_bytes() {
-  return static_cast<uint64_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<uint64_t>(::sysconf(_SC_PAGESIZE));
-}
 
 }  // namespace
 
@@ -31,7 +28,7 @@ std::string default_path(const std::string& name) {
 
 Daemon::Daemon(const DaemonOptions& options)
     : context_{loop_, nullptr, {}, {}, nullptr, std::chrono::seconds(10), 64, {}, {}, {}, {}, {}} {
-  const uint64_t memory = physical_memory_bytes();
+  const uint64_t memory = physical_bytes();
   protocol::Limits& limits = context_.capabilities.limits;
   limits.session_bytes = options.session_bytes ? options.session_bytes : memory / 2;
   limits.payload_bytes = std::min(limits.session_bytes, uint64_t(8) << 30);

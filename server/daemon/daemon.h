@@ -21,8 +21,8 @@ struct DaemonOptions {
   bool allow_remote = false;
   int owner_pid = 0;
   int threads = 0;
-  size_t texture_cache_bytes = size_t(1) << 30;
-  uint64_t session_bytes = 0;  ///< 0: half of this machine's memory
+  size_t texture_cache_bytes = 0;  ///< for one session; 0: a quarter of this machine's memory
+  uint64_t session_bytes = 0;      ///< 0: half of this machine's memory
 };
 
 /// `$XDG_RUNTIME_DIR/lambent/<name>`, else `/tmp/lambent-<uid>/<name>`.

@@ -31,7 +31,7 @@ int run(int argc, char** argv) {
   options.socket_path = lambent::default_path("socket");
   options.token_path = lambent::default_path("token");
   std::string listen, log_file, log_level = "info";
-  size_t texture_cache_mb = 1024, session_memory_mb = 0;
+  size_t texture_cache_mb = 0, session_memory_mb = 0;
 
   CLI::App app("lambentd: renders for clients such as Blender (see PROTOCOL.md).");
   app.set_version_flag("--version", std::string("lambentd ") + LAMBENT_VERSION);
@@ -47,9 +47,9 @@ int run(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--owner-pid", options.owner_pid, "End when this process ends")->check(CLI::PositiveNumber);
   app.add_option("--threads", options.threads, "Render threads; 0: all cores")->check(CLI::Range(0, 4096));
-  app.add_option("--texture-cache", texture_cache_mb, "Texture cache in MB")
-      ->check(CLI::Range(16, 1 << 24))
-      ->capture_default_str();
+  app.add_option("--texture-cache", texture_cache_mb,
+                 "Most memory that one client's textures may take, in MB; 0: a quarter of the machine's")
+      ->check(CLI::Range(0, 1 << 24));
   app.add_option("--session-memory", session_memory_mb,
                  "Most memory that one client's scene may take, in MB; 0: half of the machine's")
       ->check(CLI::Range(0, 1 << 24));

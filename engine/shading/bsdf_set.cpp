@@ -142,6 +142,36 @@ Lobe Bsdf::sanitized(const Lobe& given) {
   return lobe;
 }
 
+void Bsdf::drop_glossy(bool reflection, bool refraction) {
+  if (!reflection && !refraction) return;
+  const auto dropped = [&](const Lobe& lobe) {
+    switch (lobe.kind) {
+      case LobeKind::reflection:
+        return reflection;
+      case LobeKind::refraction:
+        return refraction;
+      case LobeKind::glass:
+        return reflection && refraction;
+      default:
+        return false;
+    }
+  };
+  int kept = 0;
+  has_non_delta_ = false;
+  for (int i = 0; i < count_; ++i) {
+    if (dropped(lobes_[i])) continue;
+    Lobe& lobe = lobes_[kept++];
+    if (&lobe != &lobes_[i]) lobe = lobes_[i];
+    if (lobe.kind == LobeKind::glass) {
+      if (reflection) lobe.f0 = Color(0.0f);
+      if (refraction) lobe.f90 = Color(0.0f);
+    }
+    has_non_delta_ |= !is_delta(lobe);
+  }
+  count_ = kept;
+  shares_wi_world_ = Vec3(0.0f);
+}
+
 void Bsdf::add_sanitized(const Lobe& given) {
   if (!(average(given.weight) >= k_weight_cutoff)) return;
   shares_wi_world_ = Vec3(0.0f);

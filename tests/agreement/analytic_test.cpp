@@ -59,6 +59,39 @@ TEST(Furnace, transparent_sheets_and_a_colour_multiply) {
   expect_mean(render(maker.transaction()), 0.125);
 }
 
+/// The radiance of the diffuse wall in front of the camera, inside a closed box that emits 1. The diffuse albedo is 0.4
+/// everywhere; the other walls have a rough lobe of `glossy_node` beside it.
+Picture diffuse_wall_in_a_glossy_box(const std::string& glossy_node, bool caustics) {
+  SceneMaker maker(16, 16, 512);
+  maker.settings.caustics_reflective = maker.settings.caustics_refractive = caustics;
+  maker.material("plain", diffuse_emitter(Color(0.4f), Color(1.0f)));
+  description::Graph glossy = diffuse_emitter(Color(0.4f), Color(1.0f));
+  const int both = glossy.surface->node;
+  glossy.nodes.push_back(
+      single(glossy_node, {{"Color", description::Numbers{0.5f, 0.5f, 0.5f, 1.0f}}, {"Roughness", 0.3f}}).nodes[0]);
+  glossy.nodes.push_back(single("AddShader", {{"Shader", description::Link{both, "Shader"}},
+                                              {"Shader_001", description::Link{both + 1, "BSDF"}}})
+                             .nodes[0]);
+  glossy.surface = description::Link{both + 2, "Shader"};
+  maker.material("glossy", glossy);
+  const std::vector<Vec3> corners = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
+                                     {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
+  maker.mesh("front", corners, {{0, 1, 2}, {0, 2, 3}}, "plain");
+  maker.mesh(
+      "others", corners,
+      {{4, 6, 5}, {4, 7, 6}, {0, 5, 1}, {0, 4, 5}, {3, 2, 6}, {3, 6, 7}, {0, 3, 7}, {0, 7, 4}, {1, 6, 2}, {1, 5, 6}},
+      "glossy");
+  return render(maker.transaction());
+}
+
+TEST(Caustics, switched_off_leave_the_diffuse_lobes_as_if_the_glossy_ones_were_not_there) {
+  for (const char* node : {"BsdfGlossy", "BsdfRefraction", "BsdfGlass"}) {
+    SCOPED_TRACE(node);
+    expect_mean(diffuse_wall_in_a_glossy_box(node, false), 1.0 / (1.0 - 0.4));
+  }
+  EXPECT_GT(mean(diffuse_wall_in_a_glossy_box("BsdfGlossy", true)).value.x, 1.1 / (1.0 - 0.4));
+}
+
 TEST(TransparentShadow, dims_by_the_product_of_the_sheets) {
   const auto lit = [](int sheets) {
     SceneMaker maker(8, 8, 64);

@@ -148,6 +148,8 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
       scattered.event = k_scatter_transparent | k_scatter_delta;
     } else {
       program.evaluate(point, scene_.textures(), bsdf);
+      if (bounces_.ray_kind & k_ray_diffuse)
+        bsdf.drop_glossy(!settings_.caustics_reflective, !settings_.caustics_refractive);
       // What the camera sees directly: no lobe may be so rare that it shows as dots.
       if (bounces_.ray_kind & k_ray_camera) bsdf.set_least_share(k_camera_least_share);
       if (program.traits().emits) add_surface_emission(hit, binding, ray.direction, distance, bsdf.emission());
@@ -169,11 +171,6 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
     if (scattered.event & k_scatter_transparent) {
       distance_before_ = distance;
     } else {
-      const bool transmission = scattered.event & k_scatter_transmission;
-      const bool diffuse = scattered.event & k_scatter_diffuse;
-      if (after_diffuse_ && !diffuse && !(transmission ? settings_.caustics_refractive : settings_.caustics_reflective))
-        break;
-      after_diffuse_ = after_diffuse_ || diffuse;
       only_transparent_ = false;
       distance_before_ = 0.0f;
     }

@@ -59,7 +59,6 @@ class Kernel {
   float distance_before_ =
       0.0f;  ///< from the last scattering to the present ray's origin, through transparent surfaces
   bool only_transparent_ = true;  ///< nothing but transparent surfaces since the camera
-  bool after_diffuse_ = false;
 };
 
 extern template class Kernel<KernelProfile::solid>;

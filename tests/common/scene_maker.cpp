@@ -190,6 +190,29 @@ Graph diffuse_emitter(const Color& albedo, const Color& emitted) {
   return graph;
 }
 
+SceneMaker room(int64_t samples) {
+  SceneMaker maker(48, 40, samples);
+  maker.material("white", diffuse(Color(0.7f)))
+      .material("red", diffuse(Color(0.7f, 0.1f, 0.1f)))
+      .material("glass",
+                single("BsdfGlass", {{"Color", Numbers{1, 1, 1, 1}}, {"Roughness", 0.0f}, {"IOR", 1.5f}}))
+      .material("metal",
+                single("BsdfGlossy", {{"Color", Numbers{0.9f, 0.8f, 0.6f, 1}}, {"Roughness", 0.2f}},
+                       {{"distribution", std::string("GGX")}}))
+      .material("lamp", emission(Color(1.0f, 0.9f, 0.8f), 5.0f));
+  maker.mesh("floor", {{-3, -1, 0}, {3, -1, 0}, {3, -1, -6}, {-3, -1, -6}}, {{0, 1, 2}, {0, 2, 3}}, "white");
+  maker.mesh("back", {{-3, -1, -6}, {3, -1, -6}, {3, 3, -6}, {-3, 3, -6}}, {{0, 1, 2}, {0, 2, 3}}, "red");
+  maker.mesh("sheet", {{-1, 2.5f, -3}, {1, 2.5f, -3}, {1, 2.5f, -5}, {-1, 2.5f, -5}}, {{0, 1, 2}, {0, 2, 3}}, "lamp");
+  maker.sphere("ball", Vec3(-0.7f, -0.4f, -3.5f), 0.6f, 24, "glass");
+  maker.sphere("metal", Vec3(0.8f, -0.5f, -4.0f), 0.5f, 24, "metal");
+  Light light;
+  light.energy = 60.0f;
+  light.radius_m = 0.1f;
+  maker.light("l", light, Transform::translation({2, 2, -2}));
+  maker.world(background(Color(0.05f, 0.06f, 0.1f)));
+  return maker;
+}
+
 Picture render(const Transaction& transaction, int threads, RenderOutcome* outcome, Report* report) {
   EngineOptions options;
   options.threads = threads;

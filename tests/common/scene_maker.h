@@ -48,6 +48,9 @@ description::Graph transparent(const Color& color);
 description::Graph single(const std::string& type, std::map<std::string, description::SocketValue> inputs,
                           std::map<std::string, description::SocketValue> properties = {});
 
+/// A room corner with a lamp, an emissive sheet, a sphere of glass and a mirror: something of everything, in 48 x 40 pixels.
+SceneMaker room(int64_t samples);
+
 /// Renders on `threads` threads and returns the picture; fails the test if the render does not finish.
 Picture render(const description::Transaction& transaction, int threads = 0, RenderOutcome* outcome = nullptr,
                Report* report = nullptr);

@@ -34,15 +34,35 @@ Status write_arrays(AtomicFile& file, std::span<const ArrayPointer> arrays) {
   return Ok{};
 }
 
+/// Appends the edits as `transaction` frames: one, or where their JSON is over the limit of a frame several, which are
+/// read one after the other.
+void append_transactions(Json&& edits, std::vector<std::string>& frames) {
+  const size_t count = edits.size();
+  Json halves[2] = {Json::array(), Json::array()};
+  {
+    const Json transaction = {{"type", "transaction"}, {"epoch", 0}, {"edits", std::move(edits)}};
+    std::string frame = encode_frame_start(transaction);
+    if (frame.size() - k_frame_head_bytes <= k_max_header_bytes || count == 1) {
+      frames.push_back(std::move(frame));
+      return;
+    }
+    for (size_t i = 0; i < count; ++i) halves[2 * i >= count].push_back(transaction["edits"][i]);
+  }
+  for (Json& half : halves) append_transactions(std::move(half), frames);
+}
+
 Result<uint64_t> save(const std::string& path, const SceneDescription& scene, const std::string& created_by) {
   ArrayCollector collector;
-  const std::string transaction = encode_frame_start(encode_scene(scene, collector));
-  if (transaction.size() - k_frame_head_bytes > k_max_header_bytes)
-    return Error{
-        fmt::format("The scene cannot be saved to '{}': its datablocks need {} bytes of JSON, the limit is {}.", path,
-                    transaction.size(), k_max_header_bytes)};
+  std::vector<std::string> transactions;
+  append_transactions(std::move(encode_scene(scene, collector)["edits"]), transactions);
+  for (const std::string& transaction : transactions)
+    if (transaction.size() - k_frame_head_bytes > k_max_header_bytes)
+      return Error{
+          fmt::format("The scene cannot be saved to '{}': one datablock needs {} bytes of JSON, the limit is {}.", path,
+                      transaction.size(), k_max_header_bytes)};
   AtomicFile file(path);
-  file.write(encode_frame_start({{"type", "scene_file"}, {"protocol", 1}, {"created_by", created_by}}));
+  file.write(encode_frame_start(
+      {{"type", "scene_file"}, {"protocol", 1}, {"created_by", created_by}, {"transactions", transactions.size()}}));
   const std::vector<ArrayPointer>& arrays = collector.arrays();
   for (size_t first = 0; first < arrays.size() && file.status();) {
     size_t last = first;
@@ -54,7 +74,7 @@ Result<uint64_t> save(const std::string& path, const SceneDescription& scene, co
       return Error{written.error()};
     first = last;
   }
-  file.write(transaction);
+  for (const std::string& transaction : transactions) file.write(transaction);
   if (Status committed = file.commit(); !committed) return Error{committed.error()};
   return file.bytes_written();
 }
@@ -77,7 +97,8 @@ class Reader {
         if (!arrays) return failure(arrays.error());
         for (ArrayPointer& array : *arrays) arrays_.emplace(array->hash, std::move(array));
       } else if (type == "transaction") {
-        return read_transaction(frame->header, report);
+        if (Status applied = apply_transaction(frame->header, report); !applied) return Error{applied.error()};
+        if (--transactions_left_ == 0) return std::move(scene_);
       } else {
         return failure(fmt::format("it holds a frame '{}', which saved scenes do not have", type));
       }
@@ -102,10 +123,16 @@ class Reader {
     const auto protocol = first->header.find("protocol");
     if (protocol == first->header.end() || *protocol != 1)
       return failure("it was written for another version of the protocol; this program reads version 1");
+    const auto transactions = first->header.find("transactions");
+    if (transactions != first->header.end()) {
+      if (!transactions->is_number_unsigned() || *transactions == 0)
+        return failure("its number of transactions is malformed");
+      transactions_left_ = transactions->get<uint64_t>();
+    }
     return Ok{};
   }
 
-  Result<SceneDescription> read_transaction(const Json& header, Report& report) {
+  Status apply_transaction(const Json& header, Report& report) {
     const auto resolve = [&](const std::string& hash) {
       const auto found = arrays_.find(hash);
       return found == arrays_.end() ? nullptr : found->second;
@@ -116,9 +143,8 @@ class Reader {
         if (message.severity == Severity::error) return failure(message.text);
       return failure("its transaction is malformed");
     }
-    SceneDescription scene;
-    apply(std::move(*transaction), scene);
-    return scene;
+    apply(std::move(*transaction), scene_);
+    return Ok{};
   }
 
   bool read_bytes(void* to, size_t count) { return std::fread(to, 1, count, file_.get()) == count; }
@@ -193,6 +219,8 @@ class Reader {
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_;
   uint64_t payload_left_;
   std::unordered_map<std::string, ArrayPointer> arrays_;
+  uint64_t transactions_left_ = 1;
+  SceneDescription scene_;
 };
 
 }  // namespace

@@ -11,8 +11,8 @@
 namespace lambent::description {
 
 /// Writes the scene to `path` under a temporary name in the same folder, then renames, so that `path` never holds half
-/// a file. Returns the bytes written. Fails with a message that names the file when it cannot be written or when the
-/// scene has no place in one transaction (its JSON is over 64 MiB).
+/// a file. Returns the bytes written. Fails with a message that names the file when it cannot be written or when one
+/// datablock has no place in a frame (its JSON is over 64 MiB).
 Result<uint64_t> save_scene_file(const std::string& path, const SceneDescription& scene, const std::string& created_by);
 
 struct SceneFileLimits {

@@ -75,6 +75,27 @@ TEST_F(SceneFile, arrays_larger_than_a_group_travel_in_several_frames) {
   EXPECT_THAT(limited.error(), HasSubstr("allowed"));
 }
 
+TEST_F(SceneFile, datablocks_beyond_the_limit_of_a_frame_travel_in_several_transactions) {
+  SceneDescription scene = full_scene();
+  constexpr int k_lights = 3000;
+  for (int i = 0; i < k_lights; ++i) {
+    Light light;
+    light.name = std::to_string(i) + std::string(50'000, 'x');
+    scene.lights["light " + std::to_string(i)] = std::make_shared<const Light>(light);
+  }
+  ASSERT_GT(k_lights * 50'000, int(2 * k_max_header_bytes));
+  const auto bytes = save_scene_file(path_, scene, "a test");
+  ASSERT_TRUE(bytes) << bytes.error();
+  Report report;
+  const auto loaded = load_scene_file(path_, report);
+  ASSERT_TRUE(loaded) << loaded.error();
+  ArrayCollector before, after;
+  EXPECT_TRUE(encode_scene(*loaded, after) == encode_scene(scene, before));
+
+  std::filesystem::resize_file(path_, *bytes - 100);
+  EXPECT_FALSE(load_scene_file(path_, report)) << "the last transaction is not missed unseen";
+}
+
 TEST_F(SceneFile, a_failed_save_names_the_file_and_leaves_the_old_one_and_nothing_else) {
   write("old");
   const auto missing = save_scene_file(folder_ / "no" / "such.lambent", {}, "a test");

@@ -114,6 +114,37 @@ def test_a_full_disk_is_an_error_and_leaves_no_half_picture(scene, tmp_path):
     assert os.listdir(tmp_path) == ["a.exr"] and picture.read_text() == "old"
 
 
+def on_a_small_disk(disk, *command):
+    """Runs a command while a file system of 32 KB is mounted at the folder `disk`, for the command alone; lists on stdout what
+    is on it at the end. Skips where this process may not mount."""
+    small = ["unshare", "--mount", "sh", "-c", 'mount -t tmpfs -o size=32k none "$0" || exit 99; "$@"; code=$?; ls -A "$0"; exit $code']
+    ran = subprocess.run([*small, str(disk), *map(str, command)], capture_output=True, text=True, timeout=120)
+    if ran.returncode == 99 or "unshare failed" in ran.stderr:
+        pytest.skip("a file system can be mounted by root only")
+    return ran
+
+
+def test_a_really_full_disk_at_the_end_of_a_render_keeps_the_picture_elsewhere(scene, tmp_path):
+    disk, elsewhere = tmp_path / "disk", tmp_path / "elsewhere"
+    disk.mkdir()
+    elsewhere.mkdir()
+    picture = disk / "a.exr"
+    failed = on_a_small_disk(disk, LAMBENT, "render", scene, "-o", picture, "--fallback-dir", elsewhere)
+    assert failed.returncode == 1 and str(picture) in failed.stderr and "No space left on device" in failed.stderr, failed.stderr
+    assert failed.stdout == "", "nothing half-written stays on the disk"
+    (kept,) = elsewhere.iterdir()
+    assert str(kept) in failed.stderr and "R G B A" in lambent("info", kept).stdout
+
+
+def test_a_really_full_disk_is_named_for_a_checkpoint_too(scene, tmp_path):
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    checkpoint, picture = disk / "a.checkpoint", tmp_path / "a.exr"
+    failed = on_a_small_disk(disk, LAMBENT, "render", scene, "-o", picture, "--checkpoint", checkpoint)
+    assert failed.returncode == 1 and str(checkpoint) in failed.stderr and "No space left" in failed.stderr, failed.stderr
+    assert failed.stdout == "" and "R G B A" in lambent("info", picture).stdout
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "text"),
     [

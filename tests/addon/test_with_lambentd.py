@@ -3,8 +3,10 @@
 """The add-on with the built lambentd: pictures whose numbers are known, bad input, and a daemon that dies or hangs."""
 
 import os
+import subprocess
 
 import numpy as np
+import OpenImageIO as oiio
 import pytest
 
 from harness import ROOT, SAVE
@@ -31,6 +33,11 @@ def glowing(name, x, y, z, half, color, strength=1.0):
     return ob
 """
 )
+
+
+def read_picture(path):
+    """float32[height][width][4] of a picture file, row 0 at the bottom."""
+    return oiio.ImageBuf(str(path)).get_pixels(oiio.FLOAT)[::-1]
 
 
 @pytest.fixture
@@ -264,3 +271,28 @@ for frame in (1, 2, 3):
         places.append((light * (np.arange(96) + 0.5)).sum() / light.sum())
     # 50 mm on 36 mm of sensor: 96 px are 2.88 m at a distance of 4 m.
     assert np.allclose(places, [48 - 96 / 2.88, 48, 48 + 96 / 2.88], atol=0.3)
+
+
+def test_a_scene_exported_from_the_menu_renders_to_the_same_picture_without_blender(run_real, tmp_path):
+    lambent = os.path.join(os.path.dirname(LAMBENTD), "lambent")
+    if not os.access(lambent, os.X_OK):
+        pytest.skip(f"no lambent at {lambent}")
+    run = run_real(
+        """
+glowing('left', -1, 0, -4, 0.5, (1, 0.5, 0.25))
+scene.render.engine = 'CYCLES'
+path = os.path.join(os.environ['LAMBENT_TEST_DIR'], 'saved.lambent')
+print('EXPORTED', bpy.ops.lambent.scene_export(filepath=path), scene.render.engine)
+try:
+    bpy.ops.lambent.scene_export(filepath='/no/such/folder/a.lambent')
+except RuntimeError as error:
+    print('REFUSED', error)
+scene.render.engine = 'LAMBENT'
+render(); save('rendered')
+"""
+    )
+    assert "EXPORTED {'FINISHED'} CYCLES" in run.output, run.output
+    assert "/no/such/folder/a.lambent" in run.output.split("REFUSED ")[1], run.output
+    picture = tmp_path / "saved.exr"
+    subprocess.run([lambent, "render", tmp_path / "saved.lambent", "-o", picture, "--quiet"], check=True, timeout=60)
+    assert np.array_equal(read_picture(picture), np.load(tmp_path / "rendered.npy"))

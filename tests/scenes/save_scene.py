@@ -3,8 +3,7 @@
 
     blender -b SCENE.blend --python-exit-code 1 --python save_scene.py -- OUT.lambent DAEMON [WIDTH SAMPLES]
 
-The export is that of a render (Blender evaluates a scene for rendering only inside one), which ends there: nothing is
-rendered. DAEMON is the program lambentd.
+The same as File > Export > Lambent Scene. DAEMON is the program lambentd.
 """
 
 import os
@@ -12,17 +11,6 @@ import sys
 
 import addon_utils
 import bpy
-
-
-def save_instead_of_rendering(path):
-    """Has the add-on's next render send `save_scene` where it would start to render."""
-    from lambent.render import final
-
-    def save(self, epoch, writer):
-        answer = self._client.ask({"type": "save_scene", "path": path}, "scene_saved", lambda: False)
-        print(f"saved {answer['path']} ({answer['bytes']} bytes)")
-
-    final._LayerRender._receive = save
 
 
 def main():
@@ -39,8 +27,7 @@ def main():
         render.resolution_x, render.resolution_percentage = width, 100
         scene.lambent.samples = samples
     os.makedirs(os.path.dirname(out), exist_ok=True)
-    save_instead_of_rendering(out)
-    bpy.ops.render.render()  # raises when the engine reports an error
+    bpy.ops.lambent.scene_export(filepath=out)  # raises when it reports an error
 
 
 main()

@@ -3,6 +3,7 @@
 
 """F12, animations, background renders and material previews: one view layer of one frame from depsgraph to pixels."""
 
+import contextlib
 import time
 import traceback
 
@@ -30,6 +31,24 @@ _POLL_SECONDS = 0.02
 _BACKGROUND_STATUS_SECONDS = 1.0
 _MAX_REPORTED = 50
 _PREVIEW_SAMPLES = 32
+
+
+# While saving_to() holds: where renders save their scene instead of rendering it, and what the daemon answered.
+_saving = None
+
+
+@contextlib.contextmanager
+def saving_to(path):
+    """Until it ends, final renders have the daemon save their scene to path (absolute) and render nothing.
+
+    Gives a dict that is empty until the file is written, then what the daemon answered: "path" and "bytes".
+    """
+    global _saving
+    _saving = (path, {})
+    try:
+        yield _saving[1]
+    finally:
+        _saving = None
 
 
 class RenderFailed(Exception):
@@ -121,6 +140,9 @@ class _LayerRender:
             raise
         finally:
             self._store_messages(first and self._layer_name == _first_layer(self._depsgraph.scene))
+        if _saving is not None and not engine.is_preview:
+            self._save_scene(*_saving)
+            return True
         writer = ResultWriter(engine, self._layer_name, self._view_name, self._region)
         try:
             self._receive(epoch, writer)
@@ -144,6 +166,11 @@ class _LayerRender:
         if encoded:
             self._messages += self._client.commit(epoch, encoded, stop)
         edits.confirm()
+
+    def _save_scene(self, path, saved):
+        if not self._session.local:
+            raise RenderFailed(f"'{path}' cannot be saved: the daemon runs on another machine, whose files are its own")
+        saved.update(self._client.ask({"type": "save_scene", "path": path}, "scene_saved", self._engine.test_break))
 
     def _view(self):
         engine, scene, render_settings = self._engine, self._scene, self._scene.render

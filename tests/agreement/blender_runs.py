@@ -33,6 +33,8 @@ class Run:
     seconds: list  # wall time of each render() call, export and build included
     until_sampling: list  # of these, until the first sample began (None where the engine did not say)
     until_pixels: list  # until the first samples or tiles were done (None where it did not say)
+    cpu_seconds: list  # processor time of each render() call, of Blender and all it started; wall time means little on a busy machine
+    cpu_until_sampling: list  # of these, until the first sample began (None where the engine did not say)
     statistics: list  # what lambentd said of each render (dict); empty for Cycles
     peak_bytes: int  # largest sum of the proportional memory of Blender and of every process that it started
     log: str
@@ -115,6 +117,19 @@ def memory_bytes(pid):
         return 0
 
 
+def cpu_seconds(pid):
+    """Returns the processor time that a process and all that it started, and has not ended, took so far."""
+    ticks = 0
+    for process in processes_below(pid):
+        try:
+            with open(f"/proc/{process}/stat", encoding="utf-8") as file:
+                fields = file.read().rpartition(")")[2].split()
+        except OSError:
+            continue
+        ticks += int(fields[11]) + int(fields[12])  # utime and stime
+    return ticks / os.sysconf("SC_CLK_TCK")
+
+
 class MemoryWatch(threading.Thread):
     """Samples the memory of a process and its descendants every 50 ms until it ends; `peak` in bytes."""
 
@@ -134,8 +149,20 @@ class MemoryWatch(threading.Thread):
         return self.peak
 
 
+k_sample = re.compile(r"Sample (\d+)/\d+")
+
+
+@dataclasses.dataclass
+class Line:
+    """What Blender printed: when (seconds since its start), and the processor time by then where a milestone is told."""
+
+    when: float
+    cpu: float  # or None
+    text: str
+
+
 def run_blender(arguments, environment, blender=None, timeout_s=3600):
-    """Runs Blender; returns (lines: [(seconds since start, text)], peak bytes). Raises BlenderFailed."""
+    """Runs Blender; returns (lines: [Line], peak bytes). Raises BlenderFailed."""
     command = [blender or os.environ.get("BLENDER", "blender"), *arguments]
     start = time.monotonic()
     process = subprocess.Popen(
@@ -146,53 +173,66 @@ def run_blender(arguments, environment, blender=None, timeout_s=3600):
     watch.start()
     killer = threading.Timer(timeout_s, process.kill)
     killer.start()
-    lines = [(time.monotonic() - start, line.rstrip("\n")) for line in process.stdout]
+    lines = []
+    for text in process.stdout:
+        tells = text.startswith("render_job:") or k_sample.search(text)
+        cpu = cpu_seconds(process.pid) if tells else None
+        lines.append(Line(time.monotonic() - start, cpu, text.rstrip("\n")))
     code = process.wait()
     killer.cancel()
     peak = watch.end()
     if code != 0:
-        tail = "\n".join(text for _, text in lines[-30:])
+        tail = "\n".join(line.text for line in lines[-30:])
         raise BlenderFailed(f"{' '.join(command)} ended with code {code}:\n{tail}")
     return lines, peak
 
 
-k_sample = re.compile(r"Sample (\d+)/\d+")
+@dataclasses.dataclass
+class Milestones:
+    """Of one render, counted from its start; None where nothing tells."""
+
+    sampling: float = None
+    pixels: float = None
+    cpu_sampling: float = None
+    cpu_end: float = None
 
 
 def milestones(lines, seed):
-    """Returns (seconds until sampling began, seconds until the first pixels) of one render from the status lines that
-    Blender printed; None where nothing tells. Both engines report `Sample n/N`; when a tile of Lambent's is in Blender,
-    render_job.py says so."""
-    start = sampling = pixels = None
-    for when, text in lines:
-        if text == f"render_job: start {seed}":
-            start = when
-        elif text == f"render_job: end {seed}":
+    """Returns the Milestones of one render from what Blender printed. Both engines report `Sample n/N`; when a tile of
+    Lambent's is in Blender, render_job.py says so."""
+    start, found = None, Milestones()
+    for line in lines:
+        if line.text == f"render_job: start {seed}":
+            start = line
+        elif start is None:
+            continue
+        elif line.text == f"render_job: end {seed}":
+            found.cpu_end = line.cpu - start.cpu
             break
-        elif start is not None:
-            sample = k_sample.search(text)
-            if sample and sampling is None:
-                sampling = when - start
-            if pixels is None and (text == "render_job: pixels" or (sample and int(sample.group(1)) > 0)):
-                pixels = when - start
-    return sampling, pixels
+        else:
+            sample = k_sample.search(line.text)
+            if sample and found.sampling is None:
+                found.sampling, found.cpu_sampling = line.when - start.when, line.cpu - start.cpu
+            if found.pixels is None and (line.text == "render_job: pixels" or (sample and int(sample.group(1)) > 0)):
+                found.pixels = line.when - start.when
+    return found
 
 
-def render(scene, engine, seeds, samples, width, folder, blender=None, relight=False, settings=None, timeout_s=3600):
+def render(scene, engine, seeds, samples, width, folder, blender=None, variant="", settings=None, timeout_s=3600):
     """Renders a .blend with one engine, once a seed, in one run of Blender; returns the Run. Pictures, job and log stay
     in `folder`. The arguments are those of the job that render_job.py describes."""
     folder.mkdir(parents=True, exist_ok=True)
     prefix = str(folder / f"{engine.lower()}_")
     job = {
         "engine": engine, "daemon": str(build_dir() / "bin" / "lambentd"), "width": width, "height": None,
-        "samples": samples, "seeds": list(seeds), "out": prefix, "relight": relight, "settings": settings or {},
+        "samples": samples, "seeds": list(seeds), "out": prefix, "variant": variant, "settings": settings or {},
     }  # fmt: skip
     job_file = folder / f"{engine.lower()}_job.json"
     job_file.write_text(json.dumps(job), encoding="utf-8")
     arguments = ["-b", "--factory-startup", str(scene), "--python-exit-code", "1"]
     arguments += ["--python", str(k_render_job), "--", str(job_file)]
     lines, peak = run_blender(arguments, user_environment(folder / "user"), blender, timeout_s)
-    log = "\n".join(f"{when:9.3f} {text}" for when, text in lines)
+    log = "\n".join(f"{line.when:9.3f} {line.text}" for line in lines)
     (folder / f"{engine.lower()}.log").write_text(log, encoding="utf-8")
     result_file = pathlib.Path(f"{prefix}result.json")
     result = json.loads(result_file.read_text(encoding="utf-8"))
@@ -200,8 +240,10 @@ def render(scene, engine, seeds, samples, width, folder, blender=None, relight=F
     return Run(
         pictures=numpy.stack([read_picture(f"{prefix}{seed}.exr") for seed in seeds]),
         seconds=result["seconds"],
-        until_sampling=[mark[0] for mark in marks],
-        until_pixels=[mark[1] for mark in marks],
+        until_sampling=[mark.sampling for mark in marks],
+        until_pixels=[mark.pixels for mark in marks],
+        cpu_seconds=[mark.cpu_end for mark in marks],
+        cpu_until_sampling=[mark.cpu_sampling for mark in marks],
         statistics=result["statistics"],
         peak_bytes=peak,
         log=log,

@@ -5,7 +5,7 @@ comparable.
     blender -b --factory-startup SCENE.blend --python-exit-code 1 --python render_job.py -- JOB.json
 
 JOB.json: {"engine": "CYCLES" | "LAMBENT", "daemon": path, "width": px, "height": px or null (as the scene's aspect),
-"samples": n, "seeds": [n..], "out": prefix, "relight": bool, "settings": {name: value of the engine's}}. Writes PREFIX<seed>.exr (float32 RGBA, scene-linear)
+"samples": n, "seeds": [n..], "out": prefix, "variant": "" | a name in k_variants, "settings": {name: value of the engine's}}. Writes PREFIX<seed>.exr (float32 RGBA, scene-linear)
 for each seed and PREFIXresult.json: {"blender": version, "size": [w, h], "seconds": [wall time of each render],
 "statistics": [what lambentd said of each render]}. Prints `render_job: start SEED` and `render_job: end SEED` around each
 render, and `render_job: pixels` when the first tile of Lambent's is in Blender.
@@ -100,6 +100,23 @@ def relight(scene):
     scene.collection.objects.link(placed)
 
 
+def node_trees():
+    """All shader node trees of the file."""
+    yield from (material.node_tree for material in bpy.data.materials if material.node_tree)
+    yield from (group for group in bpy.data.node_groups if group.bl_idname == "ShaderNodeTree")
+
+
+def plain_ggx(scene):
+    """Has every microfacet node scatter once, where Cycles' default walks within the microsurface."""
+    for tree in node_trees():
+        for node in tree.nodes:
+            if getattr(node, "distribution", "") == "MULTI_GGX":
+                node.distribution = "GGX"
+
+
+k_variants = {"relit": relight, "plain_ggx": plain_ggx}
+
+
 def prepare(scene, job):
     """Gives the scene the job's size, engine and sampling, for either engine alike."""
     render = scene.render
@@ -112,8 +129,8 @@ def prepare(scene, job):
         layer.use = False
     scene.view_layers[0].use = True
 
-    if job["relight"]:
-        relight(scene)
+    if job["variant"]:
+        k_variants[job["variant"]](scene)
     assign(scene.cycles, k_cycles)
     if scene.world:
         scene.world.light_settings.use_ambient_occlusion = False

@@ -1,4 +1,4 @@
-// `lambent`: renders saved scenes without Blender, and compares and describes pictures.
+// `lambent`: renders saved scenes without Blender, compares and describes pictures, measures integrators.
 #include <cstdio>
 #include <exception>
 
@@ -9,7 +9,7 @@
 namespace {
 
 int run(int argc, char** argv) {
-  CLI::App program("lambent: renders saved scenes, describes and compares pictures.");
+  CLI::App program("lambent: renders saved scenes, describes, compares and measures pictures.");
   program.set_version_flag("--version", std::string("lambent ") + LAMBENT_VERSION);
   program.require_subcommand(1);
   std::string log_level = "warn";
@@ -17,7 +17,8 @@ int run(int argc, char** argv) {
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error"}))
       ->capture_default_str();
   const lambent::Command commands[] = {lambent::add_render_command(program), lambent::add_info_command(program),
-                                       lambent::add_diff_command(program)};
+                                       lambent::add_diff_command(program), lambent::add_measure_command(program),
+                                       lambent::add_sheet_command(program)};
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -19,5 +19,10 @@ Command add_render_command(CLI::App& program);
 Command add_info_command(CLI::App& program);
 /// `lambent diff A B`: 0 within the thresholds, 1 not, 2 when they cannot be compared.
 Command add_diff_command(CLI::App& program);
+/// `lambent measure`: error against time of integrators on one scene. 0 measured, 1 failed, 130 interrupted with what
+/// was measured before written.
+Command add_measure_command(CLI::App& program);
+/// `lambent sheet`: a labelled contact sheet of images. 0 written, 1 failed.
+Command add_sheet_command(CLI::App& program);
 
 }  // namespace lambent

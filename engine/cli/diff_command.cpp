@@ -49,8 +49,8 @@ int diff(const DiffOptions& options) {
   }
   const ImageComparison found = compare_images(*a, *reference, options.comparison, variance_a ? &*variance_a : nullptr,
                                                variance_a ? &*variance_reference : nullptr);
-  fmt::print("relMSE      {:.6g}\nmean ratio  {:.6f}\nmax error   {:.6g} at ({}, {})\n", found.rel_mse,
-             found.mean_ratio, found.max_error, found.max_error_x, found.max_error_y);
+  fmt::print("relMSE      {:.6g}\nSMAPE       {:.6g}\nmean ratio  {:.6f}\nmax error   {:.6g} at ({}, {})\n",
+             found.rel_mse, found.smape, found.mean_ratio, found.max_error, found.max_error_x, found.max_error_y);
   fmt::print("tiles       {} of {} differ ({} x {} px, significance {} in all)\n", found.failed_tiles, found.tiles,
              options.comparison.tile_px, options.comparison.tile_px, options.comparison.significance);
   for (const TileDifference& tile : found.worst_tiles)

@@ -41,18 +41,19 @@ ImageComparison compare_images(const ImageLayer& a, const ImageLayer& reference,
   const int tiles_x = (reference.width + options.tile_px - 1) / options.tile_px;
   const int tiles_y = (reference.height + options.tile_px - 1) / options.tile_px;
   std::vector<TileSums> tiles(static_cast<size_t>(tiles_x) * tiles_y);
-  double error_sum = 0.0, sum_a = 0.0, sum_reference = 0.0;
+  double error_sum = 0.0, smape_sum = 0.0, sum_a = 0.0, sum_reference = 0.0;
   size_t values = 0;
   for (int y = 0; y < reference.height; ++y)
     for (int x = 0; x < reference.width; ++x) {
       const size_t at = (static_cast<size_t>(y) * reference.width + x) * channels;
-      double d_sum = 0.0, variance = 0.0, pixel_error = 0.0, pixel_a = 0.0, pixel_reference = 0.0;
+      double d_sum = 0.0, variance = 0.0, pixel_error = 0.0, pixel_smape = 0.0, pixel_a = 0.0, pixel_reference = 0.0;
       for (size_t c = 0; c < channels; ++c) {
         const double value = a.pixels[at + c], r = reference.pixels[at + c], d = value - r;
         d_sum += d;
         pixel_a += value;
         pixel_reference += r;
         pixel_error += d * d / (r * r + 0.01);
+        if (d != 0.0) pixel_smape += std::fabs(d) / (std::fabs(value) + std::fabs(r));
         if (std::fabs(d) > result.max_error) {
           result.max_error = std::fabs(d);
           result.max_error_x = x;
@@ -65,6 +66,7 @@ ImageComparison compare_images(const ImageLayer& a, const ImageLayer& reference,
         continue;
       }
       error_sum += pixel_error;
+      smape_sum += pixel_smape;
       sum_a += pixel_a;
       sum_reference += pixel_reference;
       values += channels;
@@ -75,7 +77,10 @@ ImageComparison compare_images(const ImageLayer& a, const ImageLayer& reference,
       tile.sum_squares += d * d;
       tile.variance += variance / static_cast<double>(channels * channels);
     }
-  if (values) result.rel_mse = error_sum / static_cast<double>(values);
+  if (values) {
+    result.rel_mse = error_sum / static_cast<double>(values);
+    result.smape = smape_sum / static_cast<double>(values);
+  }
   if (sum_a != sum_reference) result.mean_ratio = sum_a / sum_reference;
 
   const double threshold = options.significance / static_cast<double>(tiles.size());

@@ -33,9 +33,17 @@ TEST(ImageComparison, an_image_is_the_same_as_itself) {
 TEST(ImageComparison, measures_have_their_definitions) {
   const ImageComparison found = compare_images(constant(16, 0.6f), constant(16, 0.5f), {});
   EXPECT_NEAR(found.rel_mse, 0.01 / 0.26, 1e-6);
+  EXPECT_NEAR(found.smape, 0.1 / 1.1, 1e-6);
   EXPECT_NEAR(found.mean_ratio, 1.2, 1e-6);
   EXPECT_NEAR(found.max_error, 0.1, 1e-6);
   EXPECT_EQ(found.failed_tiles, 1u);  // different without noise
+}
+
+TEST(ImageComparison, smape_is_1_where_only_one_picture_has_light_and_0_where_neither_has) {
+  ImageLayer half = constant(16, 0.0f);
+  for (size_t i = 0; i < half.pixels.size() / 2; ++i) half.pixels[i] = 3.0f;
+  EXPECT_NEAR(compare_images(half, constant(16, 0.0f), {}).smape, 0.5, 1e-12);
+  EXPECT_EQ(compare_images(constant(16, 0.0f), constant(16, 0.0f), {}).smape, 0.0);
 }
 
 TEST(ImageComparison, independent_noise_of_one_mean_passes_at_its_significance) {

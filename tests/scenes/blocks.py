@@ -59,6 +59,21 @@ def finish(scene, width, height, samples=64, exposure=0.0, view_transform="Stand
     print(f"saved {path}")
 
 
+def transport(scene, bounces):
+    """Has both engines follow light for `bounces` bounces of every kind, and leave nothing of it out: no clamping, no
+    blurring of glossy surfaces, caustics on. For the scenes that compare integrators."""
+    if not hasattr(scene, "cycles"):
+        return
+    # Where scene.lambent has no value of its own it follows these.
+    limits = ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "transparent_max_bounces")
+    for name in limits:
+        setattr(scene.cycles, name, bounces)
+    for name in ("sample_clamp_direct", "sample_clamp_indirect", "blur_glossy", "light_sampling_threshold"):
+        setattr(scene.cycles, name, 0.0)
+    scene.cycles.caustics_reflective = scene.cycles.caustics_refractive = True
+    scene.cycles.use_adaptive_sampling = False
+
+
 # --- Materials ------------------------------------------------------------------------------------------------------
 
 
@@ -103,6 +118,33 @@ def emission(name, color, strength):
     return simple(name, "ShaderNodeEmission", Color=color, Strength=strength)
 
 
+def textured(name, texture, **inputs):
+    """Returns a Principled material whose base colour is the image `texture`, by UV; inputs as in `simple`."""
+    made, nodes, links, output = material(name)
+    shader = nodes.new("ShaderNodeBsdfPrincipled")
+    set_inputs(shader, inputs)
+    sampled = nodes.new("ShaderNodeTexImage")
+    sampled.image = texture
+    links.new(sampled.outputs["Color"], shader.inputs["Base Color"])
+    links.new(shader.outputs[0], output.inputs["Surface"])
+    return made
+
+
+def glass(name, ior=1.5, color=(1.0, 1.0, 1.0)):
+    """Returns smooth glass; `color` filters at each crossing of the surface."""
+    return simple(name, "ShaderNodeBsdfGlass", Color=color, Roughness=0.0, IOR=ior)
+
+
+def metal(name, color, roughness):
+    """Returns a glossy reflector of one colour (GGX; 0: a mirror)."""
+    return simple(name, "ShaderNodeBsdfGlossy", Color=color, Roughness=roughness)
+
+
+def diffuse(name, color):
+    """Returns a Lambertian material."""
+    return simple(name, "ShaderNodeBsdfDiffuse", Color=color)
+
+
 # --- Shapes ---------------------------------------------------------------------------------------------------------
 
 
@@ -143,6 +185,46 @@ def box(name, size=(1, 1, 1)):
     vertices = [(sx * x, sy * y, sz * z) for sx in (-1, 1) for sy in (-1, 1) for sz in (-1, 1)]
     faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     return mesh(name, vertices, faces)
+
+
+def wall(name, length, height, thickness, opening=None):
+    """Returns a wall from the origin along x (`length`) and z (`height`), with its thickness towards +y. `opening`:
+    (x0, x1, z0, z1) of a rectangular hole, or None."""
+    x0, x1, z0, z1 = opening or (0.0, 0.0, 0.0, 0.0)
+    parts = ((0, x0, 0, height), (x1, length, 0, height), (x0, x1, 0, z0), (x0, x1, z1, height))
+    vertices, faces = [], []
+    for left, right, low, high in parts if opening else ((0, length, 0, height),):
+        if right - left > 1e-9 and high - low > 1e-9:
+            first = len(vertices)
+            vertices += [(x, y, z) for x in (left, right) for y in (0, thickness) for z in (low, high)]
+            sides = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+            faces += [tuple(first + corner for corner in face) for face in sides]
+    return mesh(name, vertices, faces)
+
+
+def tube(name, points, radii, segments=24):
+    """Returns a closed tube through points [(x, y, z)..] with a radius at each, smooth, with flat ends."""
+    points = [mathutils.Vector(point) for point in points]
+    vertices, faces, across = [], [], None
+    for index, (point, radius) in enumerate(zip(points, radii)):
+        along = (points[min(index + 1, len(points) - 1)] - points[max(index - 1, 0)]).normalized()
+        if across is None:
+            across = along.orthogonal().normalized()
+        across = (across - along * across.dot(along)).normalized()  # carried along, so that the tube does not twist
+        beside = along.cross(across)
+        for step in range(segments):
+            angle = 2 * math.pi * step / segments
+            vertices.append(point + radius * (math.cos(angle) * across + math.sin(angle) * beside))
+    for ring in range(len(points) - 1):
+        for step in range(segments):
+            a, b = ring * segments + step, ring * segments + (step + 1) % segments
+            faces.append((a, b, b + segments, a + segments))
+    last = len(vertices) - segments
+    faces += [tuple(reversed(range(segments))), tuple(range(last, len(vertices)))]
+    made = mesh(name, vertices, faces, True)
+    for end in made.polygons[-2:]:
+        end.use_smooth = False
+    return made
 
 
 def lathe(name, profile, segments=96, smooth=True):
@@ -251,6 +333,20 @@ def world(scene, color=(0, 0, 0), strength=1.0, image=None):
         links.new(texture.outputs["Color"], background.inputs["Color"])
     scene.world = made
     return made
+
+
+def tiles(name, colors, joint_color, joint, count=4, pixels=64):
+    """Returns an image of `count` by `count` square tiles, `pixels` wide, that repeats: each tile one of the colours, by
+    a fixed choice (sRGB). `joint`: width between tiles as a fraction of a tile."""
+
+    def pixel(u, v):
+        column, row = int(u * count), int(v * count)
+        inside = (u * count - column, v * count - row)
+        if min(*inside, 1 - inside[0], 1 - inside[1]) < joint / 2:
+            return joint_color
+        return colors[(column * 7 + row * 13 + column * row * 5) % len(colors)]
+
+    return image(name, count * pixels, count * pixels, pixel)
 
 
 def image(name, width, height, pixel, is_float=False):

@@ -104,6 +104,24 @@ Vec2 Camera::raster_of_plane(const Vec2& plane) const {
   return {(plane.x - plane_min_.x) / plane_per_px_.x, (plane.y - plane_min_.y) / plane_per_px_.y};
 }
 
+Transform Camera::camera_from_world() const {
+  Transform result;
+  const Vec3 rows[3] = {dual_x_, dual_y_, dual_z_};
+  for (int i = 0; i < 3; ++i) {
+    for (int k = 0; k < 3; ++k) result.m[i][k] = rows[i][k];
+    result.m[i][3] = -dot(rows[i], origin_);
+  }
+  return result;
+}
+
+void Camera::window(Vec2& scale, Vec2& offset) const {
+  const Vec2 size(static_cast<float>(width_px_), static_cast<float>(height_px_));
+  for (int i = 0; i < 2; ++i) {
+    scale[i] = 1.0f / (plane_per_px_[i] * size[i]);
+    offset[i] = -plane_min_[i] * scale[i];
+  }
+}
+
 CameraRay Camera::sample_ray(const Vec2& raster_px, const Vec2& u_lens, float time) const {
   const Vec2 plane = plane_of_raster(raster_px);
   const Vec2 lens = lens_radius_ > 0.0f ? aperture_.sample(u_lens) * lens_radius_ : Vec2(0.0f, 0.0f);

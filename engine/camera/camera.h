@@ -103,6 +103,12 @@ class Camera {
   /// which that lens point's rays hit p: pdf per unit perpendicular area, px² m⁻².
   CameraConnection connect(const Vec3& p_world, const Vec3& p_lens_world) const;
 
+  /// World space to the camera's: x right, y up, z along the optical axis.
+  Transform camera_from_world() const;
+  /// What takes image-plane coordinates ((x, y) / z in perspective, else (x, y)) to [0, 1]² across the frame:
+  /// offset + scale · plane.
+  void window(Vec2& scale, Vec2& offset) const;
+
   Projection projection() const { return projection_; }
   int width_px() const { return width_px_; }
   int height_px() const { return height_px_; }

@@ -12,6 +12,7 @@ Vec3d area_vector(const Triangle& triangle) {
 }
 
 Vec4 padded(const float* values, int components) {
+  if (components == 1) return {values[0], values[0], values[0], 1};
   Vec4 result(0, 0, 0, 1);
   for (int i = 0; i < components; ++i) result[i] = values[i];
   return result;

@@ -136,7 +136,8 @@ class TriangleMesh {
   int find_uv(std::string_view name) const { return find_role(AttributeRole::uv, name, active_uv_); }
   int find_color(std::string_view name) const { return find_role(AttributeRole::color, name, active_color_); }
 
-  /// Interpolated attribute. Missing components are 0, w is 1 if missing.
+  /// Interpolated attribute. A single component counts for x, y and z (as a number becomes a colour in Blender), else
+  /// missing ones are 0; w is 1 if missing.
   Vec4 attribute(int index, uint32_t primitive, const Vec2& barycentric) const;
   /// The attribute and its derivatives with respect to u and v (constant over the triangle; 0 for face values).
   struct AttributeGradient {

@@ -37,6 +37,14 @@ float light_walk_density(const LightSet& lights, LightIndex light, const Vec3& n
   return std::isfinite(density) ? density : 0.0f;
 }
 
+uint8_t light_walk_flags(const Scene& scene, const SurfaceHit& surface, const Program& program) {
+  constexpr uint32_t k_scattered = k_visible_diffuse | k_visible_glossy | k_visible_transmission;
+  const uint32_t visibility = scene.geometry().instance(surface.instance).visibility;
+  if (!(visibility & k_visible_diffuse)) return 0;
+  const bool scatters = (visibility & k_scattered) == k_scattered && !program.traits().path_dependent;
+  return scatters ? k_light_arrives | k_light_scatters : k_light_arrives;
+}
+
 LightVertex& LightWalk::next_vertex() {
   if (count_ == static_cast<int>(vertices_.size())) vertices_.emplace_back();
   return vertices_[static_cast<size_t>(count_)];
@@ -76,7 +84,6 @@ void LightWalk::trace(const Sampler& sampler) {
   float passed = 0.0f;         // through transparent surfaces since the vertex before
   EventCounts counts;
   uint64_t events = 0;
-  bool caustic = false;
   int depth = 1;
   ShadingPoint point;
   Bsdf& bsdf = seen_.bsdf;
@@ -96,24 +103,24 @@ void LightWalk::trace(const Sampler& sampler) {
     vertex.depth = depth;
     vertex.throughput = throughput;
     vertex.counts = counts;
-    vertex.caustic = caustic;
     vertex.events = events;
     if (depth > 1) {
       vertex.own_area = pdf_direction * cos_here * inverse_square(distance);
       vertex.previous_per_solid_angle = std::fabs(dot(ng_before, ray.direction)) * inverse_square(distance);
     }
 
-    const uint8_t flags =
-        light_walk_flags(scene_.geometry().instance(surface.instance).visibility, program.traits().path_dependent);
+    const uint8_t flags = light_walk_flags(scene_, surface, program);
     if (!(flags & k_light_arrives)) return;
-    const bool scatters = flags & k_light_scatters;
+    bool scatters = flags & k_light_scatters;
     if (scatters) {
       PathCounts seen_as{k_ray_diffuse, counts.total + 1,    counts.diffuse + 1,
                          counts.glossy, counts.transmission, counts.transparent};
       scene_.fill_shading_point(surface, *vertex.binding, vertex.wi_world, distance,
                                 scene_.footprint_at(surface.p_world), seen_as, point);
       program.evaluate(point, scene_.textures(), vertex.bsdf);
-    } else {
+      scatters = !caustics_drop_lobes(vertex.bsdf, settings_);
+    }
+    if (!scatters) {
       point.ng_world = vertex.ng_world;
       point.ns_world = vertex.ng_world;
       vertex.bsdf.begin(point);
@@ -187,11 +194,6 @@ void LightWalk::trace(const Sampler& sampler) {
     // Limits.
     if (depth >= 2) counts.add(sampled.event);
     if (!counts.within(settings_) || depth >= settings_.max_vertices) return;
-    const bool diffuse = sampled.event & k_scatter_diffuse;
-    if (diffuse && caustic) return;
-    if (!diffuse &&
-        !(sampled.event & k_scatter_transmission ? settings_.caustics_refractive : settings_.caustics_reflective))
-      caustic = true;
     events = events << 4 | (sampled.event & 15u);
 
     throughput *= weight;

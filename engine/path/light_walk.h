@@ -23,11 +23,10 @@ struct LightVertex {
   int depth = 1;
   float own_area = 0.0f;  ///< l of this vertex (path_pdfs.h); depth 1: of leaving the light and getting here
   float previous_per_solid_angle =
-      0.0f;              ///< cos / d² at the vertex before: turns densities of directions to it into areas
-  EventCounts counts;    ///< events at depths 2 ... depth - 1 (that at depth 1 is free, see EventCounts)
-  bool caustic = false;  ///< some event before was not diffuse, of a kind that is cut after diffuse ones (settings)
-  uint64_t events = 0;   ///< ScatterEvent bits at depths depth - 1 ... 1, four bits each, this end lowest
-  Bsdf bsdf;             ///< as seen from wi
+      0.0f;             ///< cos / d² at the vertex before: turns densities of directions to it into areas
+  EventCounts counts;   ///< events at depths 2 ... depth - 1 (that at depth 1 is free, see EventCounts)
+  uint64_t events = 0;  ///< ScatterEvent bits at depths depth - 1 ... 1, four bits each, this end lowest
+  Bsdf bsdf;            ///< as seen from wi
 };
 
 /// The densities of a walk by depth (index 0 is unused): what the vertices share.
@@ -100,13 +99,18 @@ class LightWalk {
   Scratch seen_;
 };
 
-/// PathVertexFlag bits of a surface by its ray visibility and its program. Light walks scatter where every kind of
-/// scattered camera ray would find the surface, since which of them the segment stands for is not known beforehand; and
-/// where what is scattered does not depend on the camera's path.
-inline uint8_t light_walk_flags(uint32_t visibility, bool path_dependent) {
-  constexpr uint32_t k_scattered = k_visible_diffuse | k_visible_glossy | k_visible_transmission;
-  const uint8_t arrives = visibility & k_visible_diffuse ? k_light_arrives : 0;
-  return (visibility & k_scattered) == k_scattered && !path_dependent ? k_light_arrives | k_light_scatters : arrives;
+/// PathVertexFlag bits of a surface: whether light walks arrive and scatter there. They scatter where every kind of
+/// scattered camera ray would find the surface, since which of them the segment stands for is not known beforehand, and
+/// where what is scattered does not depend on the camera's path: not by the program, nor because caustics are switched
+/// off, which drops glossy lobes after diffuse events.
+uint8_t light_walk_flags(const Scene& scene, const SurfaceHit& surface, const Program& program);
+/// Whether the lobes are such that switched-off caustics may drop some.
+template <typename Settings>
+bool caustics_drop_lobes(const Bsdf& bsdf, const Settings& settings) {
+  if (settings.caustics_reflective && settings.caustics_refractive) return false;
+  for (const Lobe& lobe : bsdf.lobes())
+    if (lobe.kind >= LobeKind::reflection) return true;
+  return false;
 }
 
 /// Density of light walks that leave `light` so as to pass a point `distance_m` away along `direction_from_light`, per

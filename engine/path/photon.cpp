@@ -95,8 +95,7 @@ void PhotonBatch::add(const LightWalk& walk, int first) {
     record.counts = {saturated(vertex.counts.diffuse), saturated(vertex.counts.glossy),
                      saturated(vertex.counts.transmission), saturated(vertex.counts.transparent)};
     record.depth = static_cast<uint16_t>(vertex.depth);
-    record.flags = static_cast<uint16_t>((walk.pdfs().connectible[depth] ? k_record_connectible : 0) |
-                                         (vertex.caustic ? k_record_caustic : 0));
+    record.flags = walk.pdfs().connectible[depth] ? k_record_connectible : 0;
     // Surfaces where light walks end still merge: the camera walk evaluates there.
     const bool merges = vertex.depth >= first && (vertex.bsdf.has_non_delta() || vertex.bsdf.empty());
     if (merges)

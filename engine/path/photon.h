@@ -50,8 +50,7 @@ struct PhotonRecord {
 static_assert(sizeof(PhotonRecord) == 20);
 
 inline constexpr uint16_t k_record_connectible = 1;  ///< the event there had a density
-inline constexpr uint16_t k_record_caustic = 2;      ///< LightVertex::caustic
-inline constexpr uint16_t k_record_can_be_hit = 4;   ///< depth 0: camera walks may meet the light
+inline constexpr uint16_t k_record_can_be_hit = 2;   ///< depth 0: camera walks may meet the light
 
 /// Photons and records of some walks, in their order.
 struct PhotonBatch {

@@ -61,6 +61,8 @@ void Scene::fill_shading_point(const SurfaceHit& hit, const SurfaceBinding& bind
   point.world_from_object = &instance.world_from_object;
   point.object_from_world = &instance.object_from_world;
   point.origin_shift = Vec3(origin_shift_);
+  point.view = &view_;
+  point.object_color = &object_colors_[shading.object_index];
 
   const bool differentials = binding.program->traits().needs_differentials;
   if (differentials)
@@ -122,6 +124,7 @@ Color Scene::environment(const Vec3& direction_world, const PathCounts& counts) 
   point.wi_world = -direction_world;
   point.ng_world = point.ns_world = -direction_world;
   point.p_world = direction_world;
+  point.view = &view_;
   set_counts(counts, point);
   return world_->emission(point, textures_.get());
 }
@@ -141,6 +144,7 @@ Color Scene::programmed_radiance(LightIndex light, const Vec3& direction, float 
   point.object_from_world = &lamp.light_from_world;
   point.origin_shift = Vec3(origin_shift_);
   point.barycentric = uv;
+  point.view = &view_;
   return radiance * lamp.program->emission(point, textures_.get());
 }
 

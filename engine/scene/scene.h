@@ -115,6 +115,8 @@ class Scene {
   std::vector<std::shared_ptr<const TriangleMesh>> meshes_;  ///< keeps those of geometry_ alive
   std::vector<InstanceShading> instances_;
   std::vector<SurfaceBinding> bindings_;
+  std::vector<Vec4> object_colors_;  ///< by object_index
+  ViewSpace view_;                   ///< of camera_
   std::shared_ptr<const LightSet> lights_;
   struct LampProgram {
     std::shared_ptr<const Program> program;

@@ -235,6 +235,8 @@ void SceneBuilder::State::add_instances(Build& build) {
   scene.instances_.resize(scene.geometry_->instance_count());
   for (size_t i = 0; i < build.mesh_objects.size(); ++i) {
     const auto& [object, number] = build.mesh_objects[i];
+    if (scene.object_colors_.size() <= number) scene.object_colors_.resize(number + 1, Vec4(1.0f));
+    scene.object_colors_[number] = {object->color[0], object->color[1], object->color[2], object->color[3]};
     const uint32_t first_binding = build.first_bindings[i];
     const uint32_t end = i + 1 < build.first_bindings.size() ? build.first_bindings[i + 1]
                                                              : static_cast<uint32_t>(scene.bindings_.size());
@@ -305,6 +307,11 @@ Result<std::shared_ptr<const Scene>> SceneBuilder::build(const SceneDescription&
       {0.5f, 0.5f});
   build.scene->pixel_width_m_ = middle.width_m;
   build.scene->pixel_spread_ = middle.spread;
+  ViewSpace& view = build.scene->view_;
+  view.camera_from_world = shifted_camera->camera_from_world();
+  view.world_from_camera = view.camera_from_world.inverse();
+  view.perspective = shifted_camera->projection() == Projection::perspective;
+  shifted_camera->window(view.window_scale, view.window_offset);
 
   const Result<std::shared_ptr<const Geometry>> geometry =
       state.geometry.build(build.geometry_objects, GeometryOptions{}, cancel, report);

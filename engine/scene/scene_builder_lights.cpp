@@ -68,6 +68,7 @@ void SceneBuilder::State::add_lamps(Build& build, LightSetBuilder& set) {
         lamp.program_average = Color(1.0f);
       } else {
         lamp.traits.program = true;
+        build.scene->subtracts_light_ |= traits.emits_negative;
       }
       lamp.traits.starts_walks = !traits.path_dependent;
     }
@@ -103,7 +104,7 @@ void SceneBuilder::State::add_emissive_meshes(Build& build, LightSetBuilder& set
       if (!traits.emits) continue;
       SurfaceEmission emission;
       emission.radiance = traits.emission;
-      scene.subtracts_light_ |= min_component(traits.emission) < 0.0f;
+      scene.subtracts_light_ |= traits.emits_negative;
       emission.traits.program = !traits.constant_emission;
       emission.traits.starts_walks = traits.constant_emission || !traits.path_dependent;
       emission.traits.hidden_from = ~object.visibility & k_visible_all;
@@ -143,7 +144,7 @@ void SceneBuilder::State::add_world(Build& build, LightSetBuilder& set) {
   const std::shared_ptr<const Program>& program = entry->second.made;
   if (!program->traits().emits) return;
   build.scene->world_ = program;
-  build.scene->subtracts_light_ |= min_component(program->traits().emission) < 0.0f;
+  build.scene->subtracts_light_ |= program->traits().emits_negative;
   build.scene->profile_.environment = true;
   EnvironmentLight light;
   if (program->traits().constant_emission) {

@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "engine/shading/standard_observer.h"
+
 namespace lambent {
 namespace {
 
@@ -10,26 +12,21 @@ Color per_channel(const Color& a, const Color& b, const F& f) {
   return Color(f(a.x, b.x), f(a.y, b.y), f(a.z, b.z));
 }
 
-// One lobe of the fits of Wyman, Sloan & Shirley 2013 with different widths on both sides.
-double lobe(double x, double centre, double width_below, double width_above) {
-  const double t = (x - centre) / (x < centre ? width_below : width_above);
-  return std::exp(-0.5 * t * t);
+// White point D65 (the matrix of Blender's configuration).
+Color rec709_from_xyz(float x, float y, float z) {
+  return Color(3.2404542f * x - 1.5371385f * y - 0.4985314f * z, -0.9692660f * x + 1.8760108f * y + 0.0415560f * z,
+               0.0556434f * x - 0.2040259f * y + 1.0572252f * z);
 }
 
 Color integrate_blackbody(double kelvin) {
   double xyz[3] = {0, 0, 0};
-  for (int nm = 380; nm <= 780; nm += 2) {
-    const double metres = nm * 1e-9;
+  for (int i = 0; i < k_observer_count; ++i) {
+    const double metres = (k_observer_start_nm + k_observer_step_nm * i) * 1e-9;
     const double radiance = std::pow(metres, -5.0) / std::expm1(0.014387769 / (metres * kelvin));
-    xyz[0] += radiance * (1.056 * lobe(nm, 599.8, 37.9, 31.0) + 0.362 * lobe(nm, 442.0, 16.0, 26.7) -
-                          0.065 * lobe(nm, 501.1, 20.4, 26.2));
-    xyz[1] += radiance * (0.821 * lobe(nm, 568.8, 46.9, 40.5) + 0.286 * lobe(nm, 530.9, 16.3, 31.1));
-    xyz[2] += radiance * (1.217 * lobe(nm, 437.0, 11.8, 36.0) + 0.681 * lobe(nm, 459.0, 26.0, 13.8));
+    for (int k = 0; k < 3; ++k) xyz[k] += radiance * k_observer_xyz[i][k];
   }
   const double x = xyz[0] / xyz[1], z = xyz[2] / xyz[1];
-  return Color(static_cast<float>(3.2409699 * x - 1.5373832 - 0.4986108 * z),
-               static_cast<float>(-0.9692436 * x + 1.8759675 + 0.0415551 * z),
-               static_cast<float>(0.0556301 * x - 0.2039770 + 1.0569715 * z));
+  return rec709_from_xyz(static_cast<float>(x), 1.0f, static_cast<float>(z));
 }
 
 }  // namespace
@@ -117,6 +114,17 @@ Color blackbody_color(float kelvin) {
   const float position = (1.0f / t - 1.0f / k_high) / (1.0f / k_low - 1.0f / k_high) * k_cells;
   const int cell = std::clamp(static_cast<int>(position), 0, k_cells - 1);
   return lerp(table[cell], table[cell + 1], position - cell);
+}
+
+Color wavelength_color(float nanometres) {
+  const float position = (nanometres - k_observer_start_nm) / k_observer_step_nm;
+  if (!(position > -1.0f && position < k_observer_count - 1)) return Color(0.0f);
+  const int i = static_cast<int>(position);
+  float xyz[3];
+  for (int k = 0; k < 3; ++k) xyz[k] = lerp(k_observer_xyz[i][k], k_observer_xyz[i + 1][k], position - i);
+  constexpr float k_scale = 1.0f / 2.52f;  // so that no channel passes 1
+  const Color c = rec709_from_xyz(xyz[0], xyz[1], xyz[2]) * k_scale;
+  return Color(std::max(c.x, 0.0f), std::max(c.y, 0.0f), std::max(c.z, 0.0f));
 }
 
 }  // namespace lambent

@@ -88,7 +88,9 @@ enum class Blend : uint8_t {
 Color blend_colors(Blend mode, float t, const Color& a, const Color& b);
 
 /// Colour of a black body in linear Rec. 709, luminance 1, channels may be negative outside the gamut.
-/// @param kelvin clamped to [800, 12000], as Blender. (Planck's law; CIE 1931 by Wyman, Sloan & Shirley 2013.)
+/// @param kelvin clamped to [800, 12000], as Blender. (Planck's law; the CIE 1931 observer.)
 Color blackbody_color(float kelvin);
+/// Colour of light of one wavelength in linear Rec. 709, scaled as in Blender; black outside [380, 780) nm.
+Color wavelength_color(float nanometres);
 
 }  // namespace lambent

@@ -4,6 +4,7 @@
 
 #include "engine/shading/compile_textures.h"
 #include "engine/shading/compiler.h"
+#include "engine/shading/noise.h"
 
 namespace lambent {
 namespace {
@@ -24,6 +25,8 @@ TypedValue rgb_node(Compiler& c, int n, S, int shift) { return color_of(c.color(
 
 TypedValue texture_coordinate(Compiler& c, int n, S socket, int shift) {
   Expressions& e = c.expressions();
+  if (c.flag(n, "from_instancer", false) && (socket == "UV" || socket == "Generated"))
+    c.warn_unsupported(n, "coordinates of the instancer are taken of the object itself");
   if (socket == "UV") return vector_of(c.uv(shift));
   if (socket == "Generated") return vector_of(c.generated(shift));
   if (socket == "Normal") return vector_of(e.operation(Op::object_normal, 0, {}, 3));
@@ -34,6 +37,11 @@ TypedValue texture_coordinate(Compiler& c, int n, S socket, int shift) {
     return vector_of(e.operation(Op::object_position, shift, {}, 3));
   }
   if (socket == "Reflection") return vector_of(e.operation(Op::reflection, 0, {}, 3));
+  if (socket == "Camera") return vector_of(e.operation(Op::camera_position, 0, {}, 3));
+  if (socket == "Window") {
+    if (shift) c.program().traits.needs_differentials = true;
+    return vector_of(e.operation(Op::window_position, shift, {}, 3));
+  }
   c.warn_unsupported(n, socket + " coordinates are replaced by Generated ones");
   return vector_of(c.generated(shift));
 }
@@ -106,19 +114,51 @@ TypedValue object_information(Compiler& c, int n, S socket, int) {
   if (socket == "Object Index") return number_of(e.operation(Op::object_index, 0, {}, 1));
   if (socket == "Material Index") return number_of(e.operation(Op::material_index, 0, {}, 1));
   if (socket == "Random") return number_of(e.operation(Op::object_random, 0, {}, 1));
-  c.warn_unsupported(n, "the object's " + socket + " is taken as 1");
-  return socket == "Color" ? color_of(e.vector(Vec3(1.0f))) : number_of(e.number(1.0f));
+  const Value color = e.operation(Op::object_color, 0, {}, 4);
+  return socket == "Alpha" ? number_of(e.part(color, 3, 1)) : color_of(e.part(color, 0, 3));
 }
 
-TypedValue camera_data(Compiler& c, int n, S socket, int) {
+TypedValue camera_data(Compiler& c, int, S socket, int) {
   Expressions& e = c.expressions();
-  const Value distance = e.operation(Op::view_distance, 0, {}, 1);
-  if (socket == "View Distance") return number_of(distance);
-  c.warn_unsupported(n, "'" + socket + "' is taken from the ray's length and direction");
-  if (socket == "View Z Depth") return number_of(distance);
-  return vector_of(e.operation(
-      Op::vector_math, static_cast<int>(VectorOperation::scale),
-      {e.operation(Op::incoming, 0, {}, 3), e.vector(Vec3(0.0f)), e.vector(Vec3(0.0f)), e.number(-1.0f)}, 3));
+  if (socket == "View Distance") return number_of(e.operation(Op::view_distance, 0, {}, 1));
+  if (socket == "View Z Depth") return number_of(e.operation(Op::view_depth, 0, {}, 1));
+  return vector_of(e.operation(Op::view_vector, 0, {}, 3));
+}
+
+TypedValue wireframe(Compiler& c, int n, S, int shift) {
+  const bool in_pixels = c.flag(n, "use_pixel_size", false);
+  if (in_pixels) c.program().traits.needs_differentials = true;
+  return number_of(c.expressions().operation(Op::wireframe, in_pixels, {c.number(n, "Size", 0.01f, shift)}, 1));
+}
+
+TypedValue light_falloff(Compiler& c, int n, S socket, int shift) {
+  return number_of(c.expressions().operation(Op::light_falloff,
+                                             socket == "Linear"     ? 1
+                                             : socket == "Constant" ? 2
+                                                                    : 0,
+                                             {c.number(n, "Strength", 100, shift), c.number(n, "Smooth", 0, shift)},
+                                             1));
+}
+
+// Nodes whose outputs are 0 on what Lambent renders: strands, particles, points and volumes of other kinds.
+TypedValue nothing(Compiler& c, int, S, int) { return number_of(c.expressions().number(0.0f)); }
+TypedValue no_color(Compiler& c, int n, S, int) {
+  c.warn_unsupported(n, "it has no meaning in path tracing, black takes its place");
+  return color_of(c.expressions().vector(Vec3(0.0f)));
+}
+TypedValue particle_information(Compiler& c, int n, S socket, int) {
+  c.warn_unsupported(n, "the particle's " + socket + " is that of an object without particles");
+  return number_of(c.expressions().number(socket == "Random" ? hash_integers(0, 0) : 0.0f));
+}
+
+// What needs rays from within a shader.
+TypedValue ambient_occlusion(Compiler& c, int n, S socket, int shift) {
+  c.warn_unsupported(n, "ambient occlusion is not computed: the surface counts as unoccluded");
+  return socket == "AO" ? number_of(c.expressions().number(1.0f)) : color_of(c.color(n, "Color", Color(1.0f), shift));
+}
+TypedValue bevel(Compiler& c, int n, S, int) {
+  c.warn_unsupported(n, "edges are not bevelled: the normal is the unbevelled one");
+  return vector_of(c.vector_or(n, "Normal", 0, &Compiler::normal));
 }
 
 TypedValue tangent_node(Compiler& c, int n, S, int) {
@@ -258,6 +298,10 @@ TypedValue blackbody(Compiler& c, int n, S, int shift) {
   return color_of(c.expressions().operation(Op::blackbody, 0, {c.number(n, "Temperature", 1500, shift)}, 3));
 }
 
+TypedValue wavelength(Compiler& c, int n, S, int shift) {
+  return color_of(c.expressions().operation(Op::wavelength, 0, {c.number(n, "Wavelength", 500, shift)}, 3));
+}
+
 TypedValue color_ramp(Compiler& c, int n, S socket, int shift) {
   constexpr int k_rows = 256;  // as Blender hands its ramps to Cycles
   auto stops = c.node(n).ramp;
@@ -297,9 +341,9 @@ float curve_at(const std::vector<float>& curve, float x) {
   return lerp(curve[2 * next - 1], curve[2 * next + 1], t);
 }
 
-TypedValue curves(Compiler& c, int n, const char* input, const std::vector<int>& order, int combined, SocketKind kind,
-                  int shift) {
-  constexpr int k_rows = 257;
+TypedValue curves(Compiler& c, int n, const char* input, const char* factor, const std::vector<int>& order,
+                  int combined, SocketKind kind, int shift) {
+  constexpr int k_rows = 256;  // as Blender hands its curves to Cycles
   const auto& sampled = c.node(n).curves;
   float low = 0.0f, high = 1.0f;
   for (const auto& curve : sampled)
@@ -316,30 +360,24 @@ TypedValue curves(Compiler& c, int n, const char* input, const std::vector<int>&
   }
   table.push_back(low);
   table.push_back(high);
+  const bool straight = c.text(n, "extend", "EXTRAPOLATED") == "EXTRAPOLATED";
   const auto index = static_cast<uint32_t>(c.program().tables.size());
   c.program().tables.push_back(std::move(table));
-  return {c.expressions().operation(Op::curves, 0,
-                                    {c.number(n, "Fac", 1, shift), c.vector(n, input, Vec3(0.0f), shift)}, 3, index),
+  return {c.expressions().operation(Op::curves, straight,
+                                    {c.number(n, factor, 1, shift), c.vector(n, input, Vec3(0.0f), shift)}, 3, index),
           kind};
 }
 // Blender stores R, G, B and then the combined curve, which is applied first.
 TypedValue rgb_curves(Compiler& c, int n, S, int shift) {
-  return curves(c, n, "Color", {0, 1, 2}, 3, SocketKind::color, shift);
+  return curves(c, n, "Color", "Fac", {0, 1, 2}, 3, SocketKind::color, shift);
 }
 TypedValue vector_curves(Compiler& c, int n, S, int shift) {
-  return curves(c, n, "Vector", {0, 1, 2}, -1, SocketKind::vector, shift);
+  return curves(c, n, "Vector", "Fac", {0, 1, 2}, -1, SocketKind::vector, shift);
 }
+// The one curve goes into all three channels.
 TypedValue float_curve(Compiler& c, int n, S, int shift) {
-  constexpr int k_rows = 257;
-  std::vector<float> table;
-  for (int row = 0; row < k_rows; ++row) {
-    const float x = static_cast<float>(row) / (k_rows - 1);
-    table.push_back(c.node(n).curves.empty() ? x : curve_at(c.node(n).curves[0], x));
-  }
-  const auto index = static_cast<uint32_t>(c.program().tables.size());
-  c.program().tables.push_back(std::move(table));
-  return number_of(c.expressions().operation(
-      Op::float_curve, 0, {c.number(n, "Factor", 1, shift), c.number(n, "Value", 1, shift)}, 1, index));
+  const TypedValue curved = curves(c, n, "Value", "Factor", {0, 0, 0}, -1, SocketKind::vector, shift);
+  return number_of(c.expressions().part(curved.value, 0, 1));
 }
 
 // --- Arithmetic
@@ -435,19 +473,19 @@ TypedValue vector_rotate(Compiler& c, int n, S, int shift) {
 
 TypedValue vector_transform(Compiler& c, int n, S, int shift) {
   const Value v = c.vector(n, "Vector", Vec3(0.5f), shift);
-  const std::string from = c.text(n, "convert_from", "WORLD"), to = c.text(n, "convert_to", "OBJECT");
-  if (from == "CAMERA" || to == "CAMERA") c.warn_unsupported(n, "camera space is taken as world space");
-  const bool from_object = from == "OBJECT", to_object = to == "OBJECT";
-  if (from_object == to_object || c.is_world()) return vector_of(v);
-  const std::string type = c.text(n, "vector_type", "VECTOR");
-  return vector_of(c.expressions().operation(
-      Op::vector_transform, (to_object ? 1 : 0) | (type == "POINT" ? 2 : 0) | (type == "NORMAL" ? 4 : 0), {v}, 3));
+  const int from = c.choice(n, "convert_from", {"WORLD", "OBJECT", "CAMERA"});
+  const int to = c.choice(n, "convert_to", {"OBJECT", "WORLD", "CAMERA"});
+  constexpr int k_spaces[] = {1, 0, 2};
+  const int kind = c.choice(n, "vector_type", {"VECTOR", "POINT", "NORMAL"});
+  return vector_of(c.expressions().operation(Op::vector_transform, from + 3 * k_spaces[to] + 9 * kind, {v}, 3));
 }
 
 TypedValue normal_node(Compiler& c, int n, S socket, int shift) {
-  // The direction is stored as the default of the output of the same name
-  const Value direction = c.has_input(n, "Direction") ? c.vector(n, "Direction", Vec3(0, 0, 1), shift)
-                                                      : c.vector(n, "normal_direction", Vec3(0, 0, 1), shift);
+  Vec3 stored(0, 0, 1);
+  if (const auto found = c.node(n).properties.find("direction"); found != c.node(n).properties.end())
+    if (const auto* v = std::get_if<GraphNumbers>(&found->second); v && v->size() >= 3)
+      stored = normalize(Vec3((*v)[0], (*v)[1], (*v)[2]));
+  const Value direction = c.expressions().vector(stored);
   if (socket == "Normal") return vector_of(direction);
   return number_of(
       c.expressions().operation(Op::normal_dot, 0, {direction, c.vector(n, "Normal", Vec3(0, 0, 1), shift)}, 1));
@@ -482,6 +520,9 @@ TypedValue bump(Compiler& c, int n, S, int) {
                                 {normal, c.number(n, "Strength", 1, 0), c.number(n, "Distance", 1, 0), h, hx, hy}, 3));
 }
 
+// Op::vector_transform's variant for vectors from object to world space and back.
+constexpr int k_object_to_world = 1, k_world_to_object = 3;
+
 TypedValue displacement(Compiler& c, int n, S, int shift) {
   Expressions& e = c.expressions();
   const Value height =
@@ -489,11 +530,52 @@ TypedValue displacement(Compiler& c, int n, S, int shift) {
                   {c.number(n, "Height", 0, shift), c.number(n, "Midlevel", 0.5f, shift), e.number(0)}, 1);
   const Value scaled = e.operation(Op::math, static_cast<int>(MathOperation::multiply),
                                    {height, c.number(n, "Scale", 1, shift), e.number(0)}, 1);
-  const Value normal = e.operation(Op::normal, 0, {}, 3);
-  return vector_of(e.operation(Op::scale_color, 0, {normal, scaled}, 3));
+  const Value normal =
+      c.is_linked(n, "Normal") ? c.vector(n, "Normal", Vec3(0, 0, 1), shift) : e.operation(Op::normal, 0, {}, 3);
+  if (c.text(n, "space", "WORLD") == "WORLD") return vector_of(e.operation(Op::scale_color, 0, {normal, scaled}, 3));
+  const Value along = e.operation(Op::object_normal_of, 0, {normal}, 3);
+  return vector_of(
+      e.operation(Op::vector_transform, k_object_to_world, {e.operation(Op::scale_color, 0, {along, scaled}, 3)}, 3));
+}
+
+TypedValue vector_displacement(Compiler& c, int n, S, int shift) {
+  Expressions& e = c.expressions();
+  const auto vector_operation = [&](VectorOperation operation, const Value& a, const Value& b) {
+    return e.operation(Op::vector_math, static_cast<int>(operation), {a, b, e.vector(Vec3(0.0f)), e.number(1.0f)}, 3);
+  };
+  const Value middle = c.number(n, "Midlevel", 0, shift);
+  const Value above = vector_operation(VectorOperation::subtract, c.vector(n, "Vector", Vec3(0.0f), shift),
+                                       e.operation(Op::combine, 0, {middle, middle, middle}, 3));
+  Value offset = e.operation(Op::scale_color, 0, {above, c.number(n, "Scale", 1, shift)}, 3);
+  const std::string space = c.text(n, "space", "TANGENT");
+  if (space == "TANGENT") {  // along the tangent, the normal and the bitangent
+    const Value t = c.attribute(AttributeRequest::Kind::tangent, "", 0);
+    const Value normal = e.operation(Op::object_normal, 0, {}, 3);
+    const Value tangent = vector_operation(
+        VectorOperation::normalize, e.operation(Op::vector_transform, k_world_to_object, {e.part(t, 0, 3)}, 3), normal);
+    const Value across =
+        vector_operation(VectorOperation::normalize, vector_operation(VectorOperation::cross, normal, tangent), normal);
+    const Value bitangent = e.operation(Op::scale_color, 0, {across, e.part(t, 3, 1)}, 3);
+    const auto scaled = [&](const Value& axis, int k) {
+      return e.operation(Op::scale_color, 0, {axis, e.part(offset, k, 1)}, 3);
+    };
+    offset = vector_operation(VectorOperation::add,
+                              vector_operation(VectorOperation::add, scaled(tangent, 0), scaled(normal, 1)),
+                              scaled(bitangent, 2));
+  }
+  if (space != "WORLD") offset = e.operation(Op::vector_transform, k_object_to_world, {offset}, 3);
+  return vector_of(offset);
 }
 
 }  // namespace
+
+const std::map<std::string, ValueNode>& value_stand_ins() {
+  static const std::map<std::string, ValueNode> nodes{{"ParticleInfo", particle_information},
+                                                      {"AmbientOcclusion", ambient_occlusion},
+                                                      {"Bevel", bevel},
+                                                      {"ShaderToRGB", no_color}};
+  return nodes;
+}
 
 const std::map<std::string, ValueNode>& value_nodes() {
   static const std::map<std::string, ValueNode> nodes = [] {
@@ -540,7 +622,17 @@ const std::map<std::string, ValueNode>& value_nodes() {
                                          {"LayerWeight", layer_weight},
                                          {"NormalMap", normal_map},
                                          {"Bump", bump},
-                                         {"Displacement", displacement}};
+                                         {"Displacement", displacement},
+                                         {"VectorDisplacement", vector_displacement},
+                                         {"Wavelength", wavelength},
+                                         {"Wireframe", wireframe},
+                                         {"LightFalloff", light_falloff},
+                                         {"HairInfo", nothing},
+                                         {"PointInfo", nothing},
+                                         {"VolumeInfo", nothing},
+                                         {"Squeeze", nothing},
+                                         {"UVAlongStroke", nothing}};
+    for (const auto& [type, definition] : value_stand_ins()) all.emplace(type, definition);
     for (const auto& [type, definition] : texture_nodes()) all.emplace(type, definition);
     return all;
   }();

@@ -26,7 +26,7 @@ bool reads_view(Op op) {
       return false;
   }
 }
-bool reads_path(Op op) { return op == Op::light_path || op == Op::view_distance; }
+bool reads_path(Op op) { return op == Op::light_path || op == Op::light_falloff; }
 
 }  // namespace
 
@@ -221,9 +221,10 @@ Value Compiler::normal(int) {
   if (bumped_normal_.expression >= 0) return bumped_normal_;
   return expressions_.operation(Op::normal, 0, {}, 3);
 }
+Value Compiler::object_normal(int) { return expressions_.operation(Op::object_normal, 0, {}, 3); }
 Value Compiler::tangent(int shift) { return expressions_.operation(Op::default_tangent, 0, {generated(shift)}, 3); }
 
-uint32_t Compiler::texture(int index, Projection projection) {
+uint32_t Compiler::texture(int index, ImageProjection projection) {
   const std::string id = text(index, "image", "");
   TextureUse use;
   use.projection = projection;
@@ -402,11 +403,12 @@ std::shared_ptr<const Program> Compiler::finish() {
     Color sum(0.0f);
     for (const Expressions::Closure& closure : emission_) {
       const ClosureUse& use = program_->closures[closure.index];
+      for (const Value& operand : closure.operands) traits.emits_negative |= !expressions_.never_negative(operand);
       bool constant = use.kind == ClosureKind::emission;
       for (const Value& operand : closure.operands) constant &= expressions_.is_constant(operand);
       if (!constant) {
         traits.constant_emission = false;
-        break;
+        continue;
       }
       const float weight = *expressions_.constant(closure.operands[0]);
       for (int k = 0; k < 3; ++k) sum[k] += weight * *expressions_.constant(closure.operands[1 + k]);
@@ -481,7 +483,8 @@ std::vector<std::string> supported_node_types() {
   std::vector<std::string> types = closure_node_types();
   types.push_back("MixShader");
   types.push_back("AddShader");
-  for (const auto& [type, definition] : value_nodes()) types.push_back(type);
+  for (const auto& [type, definition] : value_nodes())
+    if (!value_stand_ins().contains(type)) types.push_back(type);
   std::sort(types.begin(), types.end());
   return types;
 }

@@ -25,6 +25,8 @@ class Compiler;
 using ValueNode = TypedValue (*)(Compiler& compiler, int node, const std::string& socket, int shift);
 /// Node type to its definition.
 const std::map<std::string, ValueNode>& value_nodes();
+/// Those of them that only stand in for what the node does, and say so.
+const std::map<std::string, ValueNode>& value_stand_ins();
 
 /// What is compiled: it decides what unconnected inputs and the closures mean.
 enum class Subject : uint8_t { material, world, light };
@@ -67,8 +69,9 @@ class Compiler {
   Value normal(int shift);
   /// A displacement turns the default normal, so that closures need it as an operand.
   bool has_bumped_normal() const { return bumped_normal_.expression >= 0; }
+  Value object_normal(int shift);
   Value tangent(int shift);
-  uint32_t texture(int node, Projection projection);
+  uint32_t texture(int node, ImageProjection projection);
 
   TypedValue output(const GraphLink& link, int shift);
   Value to_number(const TypedValue& value);

@@ -250,7 +250,9 @@ TEST(Compiler, a_light_without_graph_multiplies_by_one) {
 
 TEST(Compiler, supported_types_compile_without_a_message_for_their_defaults) {
   for (const std::string& type : supported_node_types()) {
-    if (type.starts_with("Tex") && (type == "TexImage" || type == "TexEnvironment" || type == "TexSky")) continue;
+    if (type.starts_with("Tex") &&
+        (type == "TexImage" || type == "TexEnvironment" || type == "TexSky" || type == "TexIES"))
+      continue;
     ShaderGraph graph = make_graph({make_node(type)});
     // Nodes that look their output up by name
     static const std::map<std::string, std::string> outputs{{"LightPath", "Ray Length"},
@@ -326,6 +328,19 @@ TEST(Compiler, dead_parts_of_the_graph_do_not_count_for_the_traits) {
   const ProgramTraits traits = Compiled(graph).program->traits();
   EXPECT_FALSE(traits.view_dependent);
   EXPECT_FALSE(traits.path_dependent);
+}
+
+TEST(Compiler, only_emission_that_may_be_negative_is_said_to_be) {
+  const auto emits_negative = [](GraphNode source, const std::string& socket) {
+    ShaderGraph graph = make_graph({std::move(source), make_node("Emission", {{"Color", GraphLink{0, socket}}})});
+    graph.surface = GraphLink{1, "Emission"};
+    return Compiled(graph).program->traits().emits_negative;
+  };
+  EXPECT_TRUE(emits_negative(make_node("NewGeometry"), "Position"));
+  EXPECT_FALSE(emits_negative(make_node("TexNoise"), "Color"));
+  EXPECT_TRUE(emits_negative(make_node("TexNoise", {}, {{"normalize", false}}), "Color"));
+  EXPECT_FALSE(emits_negative(make_node("ValToRGB"), "Color"));
+  EXPECT_TRUE(emits_negative(make_node("RGB", {{"Color", rgb(0.5f, -0.5f, 0.5f)}}), "Color"));
 }
 
 TEST(Compiler, both_generations_of_principled_reflect_their_base_colour) {

@@ -27,6 +27,14 @@ bool reads_point(Op op) {
     case Op::material_index:
     case Op::object_random:
     case Op::view_distance:
+    case Op::view_vector:
+    case Op::view_depth:
+    case Op::camera_position:
+    case Op::window_position:
+    case Op::object_color:
+    case Op::wireframe:
+    case Op::light_falloff:
+    case Op::object_normal_of:
     case Op::vector_transform:
     case Op::fresnel:
     case Op::layer_weight_fresnel:
@@ -74,7 +82,7 @@ Value Expressions::operation(Op op, int variant, std::vector<Value> arguments, i
       const float* values = this->constant(argument);
       program_.constants.insert(program_.constants.end(), values, values + argument.width);
     }
-    float result[4] = {0, 0, 0, 0};
+    float result[k_max_width] = {};
     run_instruction(program_, instruction, ShadingPoint{}, nullptr, result);
     program_.operands.resize(first_operand);
     program_.constants.resize(first_constant);
@@ -118,6 +126,70 @@ bool Expressions::depends_on(const std::vector<Value>& values, bool (*of_kind)(O
   return false;
 }
 
+bool Expressions::never_negative(const Value& value) const {
+  const Node& node = nodes_[value.expression];
+  if (node.constant)
+    return std::all_of(node.values.begin() + value.offset, node.values.begin() + value.offset + value.width,
+                       [](float x) { return x >= 0.0f; });
+  const auto all_arguments = [&] {
+    return std::all_of(node.arguments.begin(), node.arguments.end(), [&](const Value& v) { return never_negative(v); });
+  };
+  switch (node.op) {
+    case Op::backfacing:
+    case Op::light_path:
+    case Op::object_random:
+    case Op::view_distance:
+    case Op::clamp_color:
+    case Op::ramp:  // Blender's ramps hold colours in [0, inf)
+    case Op::fresnel:
+    case Op::layer_weight_fresnel:
+    case Op::layer_weight_facing:
+    case Op::blackbody:
+    case Op::wavelength:
+    case Op::ies:
+    case Op::wave:
+    case Op::white_noise:
+    case Op::gradient:
+    case Op::sky:
+      return true;
+    case Op::clamp:
+      return never_negative(node.arguments[1]) && never_negative(node.arguments[2]);
+    case Op::noise:
+      return !(node.variant & 8) && !(node.variant >> 5);
+    case Op::math:
+      switch (static_cast<MathOperation>(node.variant)) {
+        case MathOperation::absolute:
+        case MathOperation::exponent:
+        case MathOperation::less_than:
+        case MathOperation::greater_than:
+          return true;
+        case MathOperation::add:
+        case MathOperation::multiply:
+        case MathOperation::divide:
+        case MathOperation::multiply_add:
+        case MathOperation::power:
+        case MathOperation::minimum:
+          return all_arguments();
+        default:
+          return false;
+      }
+    case Op::combine:
+    case Op::luminance:
+    case Op::average:
+    case Op::scale_color:
+    case Op::multiply:
+    case Op::mix_weight_first:
+    case Op::mix_weight_second:
+    case Op::checker:
+      return all_arguments();
+    case Op::texture_image:
+    case Op::texture_environment:
+      return program_.textures[node.data].interpolation != TextureInterpolation::cubic;
+    default:
+      return false;
+  }
+}
+
 bool Expressions::generate(const std::vector<Closure>& closures, Code& code) {
   // Order: for each closure its not yet ordered values, arguments first (nodes_ is in topological order).
   struct Step {
@@ -148,7 +220,7 @@ bool Expressions::generate(const std::vector<Closure>& closures, Code& code) {
     for (const Value& operand : operands_of(steps[s])) last_use[operand.expression] = s;
 
   std::vector<int> register_of(nodes_.size(), -1);
-  std::vector<int> free_registers[5];  // by width
+  std::vector<int> free_registers[k_max_width + 1];  // by width
   int used = 0;
   for (size_t s = 0; s < steps.size(); ++s) {
     const Step& step = steps[s];

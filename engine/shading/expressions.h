@@ -47,6 +47,8 @@ class Expressions {
 
   /// True if an operation for which `of_kind` holds is among those that the values are computed from.
   bool depends_on(const std::vector<Value>& values, bool (*of_kind)(Op op)) const;
+  /// True if no float of the value can be negative, as far as its operations tell.
+  bool never_negative(const Value& value) const;
 
   /// How many operations were written, for tests.
   size_t size() const { return nodes_.size(); }

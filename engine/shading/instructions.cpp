@@ -4,27 +4,9 @@
 #include "engine/shading/node_math.h"
 #include "engine/shading/noise.h"
 #include "engine/shading/program_data.h"
-#include "engine/shading/sky.h"
 
 namespace lambent {
 namespace {
-
-// Operands of one instruction.
-struct Arguments {
-  const ProgramData& program;
-  const Operand* operand;
-  const float* registers;
-
-  const float* at(int i) const {
-    const Operand o = operand[i];
-    return o >= 0 ? registers + o : program.constants.data() + ~o;
-  }
-  float f(int i) const { return *at(i); }
-  Vec3 v(int i) const {
-    const float* p = at(i);
-    return {p[0], p[1], p[2]};
-  }
-};
 
 void store(float* out, const Vec3& v) { out[0] = v.x, out[1] = v.y, out[2] = v.z; }
 
@@ -35,9 +17,6 @@ Vec3 position_at(const ShadingPoint& point, int shift, bool world) {
 }
 
 // Normals go to object space with the transposed world_from_object, to world space with the transposed inverse.
-Vec3 object_normal(const ShadingPoint& point, const Vec3& n) {
-  return point.world_from_object ? normalize(point.world_from_object->transposed_vector(n)) : n;
-}
 Vec3 world_normal(const ShadingPoint& point, const Vec3& n) {
   return point.object_from_world ? normalize(point.object_from_world->transposed_vector(n)) : normalize(n);
 }
@@ -143,15 +122,72 @@ Vec3 vector_rotate(RotateType type, const Arguments& a, float sign) {
   return vector;
 }
 
-// Bits of vector_transform's variant.
-constexpr uint8_t k_transform_to_object = 1, k_transform_point = 2, k_transform_normal = 4;
+// Spaces of vector_transform's variant.
+enum class Space { world, object, camera };
 
-Vec3 vector_transform(uint8_t variant, const ShadingPoint& point, const Vec3& v) {
-  const bool to_object = variant & k_transform_to_object;
-  if (variant & k_transform_normal) return to_object ? object_normal(point, v) : world_normal(point, v);
-  const Transform* transform = to_object ? point.object_from_world : point.world_from_object;
-  if (!transform) return v;
-  return variant & k_transform_point ? transform->point(v) : transform->vector(v);
+Vec3 to_world(const ShadingPoint& point, Space space, bool is_point, const Vec3& v) {
+  if (space == Space::object && point.world_from_object)
+    return is_point ? point.world_from_object->point(v) : point.world_from_object->vector(v);
+  if (space == Space::camera && point.view)
+    return is_point ? point.view->world_from_camera.point(v) + point.origin_shift
+                    : point.view->world_from_camera.vector(v);
+  return v;
+}
+Vec3 from_world(const ShadingPoint& point, Space space, bool is_point, const Vec3& v) {
+  if (space == Space::object && point.object_from_world)
+    return is_point ? point.object_from_world->point(v) : point.object_from_world->vector(v);
+  if (space == Space::camera && point.view)
+    return is_point ? point.view->camera_from_world.point(v - point.origin_shift)
+                    : point.view->camera_from_world.vector(v);
+  return v;
+}
+
+Vec3 vector_transform(int variant, const ShadingPoint& point, const Vec3& v) {
+  const auto from = static_cast<Space>(variant % 3), to = static_cast<Space>(variant / 3 % 3);
+  const int kind = variant / 9;
+  const Vec3 result = from_world(point, to, kind == 1, to_world(point, from, kind == 1, v));
+  return kind == 2 ? normalize(result) : result;
+}
+
+// In the camera's space: x right, y up, z forward. The world lies around the camera.
+Vec3 camera_position(const ShadingPoint& point, bool world) {
+  if (!point.view) return world ? point.wi_world * -1.0f : point.p_world;
+  return world ? point.view->camera_from_world.vector(point.wi_world * -1.0f)
+               : point.view->camera_from_world.point(point.p_world);
+}
+
+Vec3 window_position(const ShadingPoint& point, int shift, bool world) {
+  if (!point.view) return Vec3(0.0f);
+  Vec3 p = camera_position(point, world);
+  if (shift && !world) p += point.view->camera_from_world.vector(shift == 1 ? point.dpdx_world : point.dpdy_world);
+  const float scale = point.view->perspective ? safe_divide(1.0f, p.z) : 1.0f;
+  return {point.view->window_offset.x + point.view->window_scale.x * p.x * scale,
+          point.view->window_offset.y + point.view->window_scale.y * p.y * scale, 0.0f};
+}
+
+// 1 within half the size of an edge of the triangle.
+float wireframe(const ShadingPoint& point, bool in_pixels, float size) {
+  float half = 0.5f * size;
+  if (in_pixels) {
+    const auto across = [&](const Vec3& d) { return length(d - point.wi_world * dot(d, point.wi_world)); };
+    half *= 0.5f * (across(point.dpdx_world) + across(point.dpdy_world));
+  }
+  // Corners relative to the point, from the tangents of the barycentric coordinates
+  const Vec3 a = point.dpdu_world * -point.barycentric.x - point.dpdv_world * point.barycentric.y;
+  const Vec3 corners[3] = {a, a + point.dpdu_world, a + point.dpdv_world};
+  for (int i = 0; i < 3; ++i) {
+    const Vec3 edge = corners[(i + 1) % 3] - corners[i], area = cross(edge, corners[i]);
+    if (length_squared(area) < length_squared(edge) * half * half) return 1.0f;
+  }
+  return 0.0f;
+}
+
+float light_falloff(const ShadingPoint& point, int kind, float strength, float smooth) {
+  const float length = point.ray_length, squared = length * length;
+  if (kind == 1) strength *= length;
+  if (kind == 2) strength *= squared;
+  if (smooth > 0.0f && std::isfinite(squared)) strength *= squared / (smooth + squared);
+  return std::isfinite(strength) ? strength : 0.0f;
 }
 
 void look_up_table(const std::vector<float>& table, int width, float x, float* out) {
@@ -210,137 +246,17 @@ Vec3 default_tangent(const ShadingPoint& point, const float* generated) {
   return cross(point.ns_world, t);
 }
 
-Vec2 equirectangular(const Vec3& d) {
-  return {0.5f - std::atan2(d.y, d.x) / (2.0f * k_pi), 1.0f - std::acos(std::clamp(d.z, -1.0f, 1.0f)) / k_pi};
-}
-
-Texel look_up(const TextureUse& use, const TextureSystem* textures, const Vec2& uv) {
-  if (!use.texture) return {Color(1, 0, 1), 1.0f};
-  if (!textures) return {texture_average(*use.texture), 1.0f};
-  TextureLookup lookup;
-  lookup.uv = uv;
-  lookup.interpolation = use.interpolation;
-  lookup.extension = use.extension;
-  lookup.straight_color = use.straight_color;
-  return textures->lookup(*use.texture, lookup);
-}
-
-// Blender's box projection: one, two or three sides by how the normal lies, blended near the edges.
-Texel look_up_box(const TextureUse& use, const TextureSystem* textures, const ShadingPoint& point, const Vec3& co) {
-  const Vec3 signed_n = object_normal(point, point.ns_world);
-  Vec3 n = abs(signed_n);
-  n = n * safe_divide(1.0f, n.x + n.y + n.z);
-  Vec3 weight(0.0f);
-  const float blend = use.projection_blend, limit = 0.5f * (1.0f + blend);
-  if (n.x > limit * (n.x + n.y) && n.x > limit * (n.x + n.z)) {
-    weight.x = 1.0f;
-  } else if (n.y > limit * (n.x + n.y) && n.y > limit * (n.y + n.z)) {
-    weight.y = 1.0f;
-  } else if (n.z > limit * (n.x + n.z) && n.z > limit * (n.y + n.z)) {
-    weight.z = 1.0f;
-  } else if (blend > 0.0f) {
-    const auto between = [&](float a, float b) {
-      return saturate((safe_divide(a, a + b) - 0.5f * (1.0f - blend)) / blend);
-    };
-    if (n.z < (1.0f - limit) * (n.y + n.x)) {
-      weight.x = between(n.x, n.y), weight.y = 1.0f - weight.x;
-    } else if (n.x < (1.0f - limit) * (n.y + n.z)) {
-      weight.y = between(n.y, n.z), weight.z = 1.0f - weight.y;
-    } else if (n.y < (1.0f - limit) * (n.x + n.z)) {
-      weight.x = between(n.x, n.z), weight.z = 1.0f - weight.x;
-    } else {
-      weight = (n * (2.0f - limit) + Vec3(limit - 1.0f)) * (1.0f / (2.0f * limit - 1.0f));
-    }
-  } else {
-    weight.x = 1.0f;
-  }
-  Texel sum{Color(0.0f), 0.0f};
-  const auto add = [&](float w, const Vec2& uv) {
-    if (w <= 0.0f) return;
-    const Texel texel = look_up(use, textures, uv);
-    sum.color += texel.color * w;
-    sum.alpha += texel.alpha * w;
-  };
-  add(weight.x, {signed_n.x < 0.0f ? 1.0f - co.y : co.y, co.z});
-  add(weight.y, {signed_n.y > 0.0f ? 1.0f - co.x : co.x, co.z});
-  add(weight.z, {signed_n.z > 0.0f ? 1.0f - co.y : co.y, co.x});
-  return sum;
-}
-
-Texel texture_image(const TextureUse& use, const TextureSystem* textures, const ShadingPoint& point, const Vec3& co) {
-  switch (use.projection) {
-    case Projection::box:
-      return look_up_box(use, textures, point, co);
-    case Projection::sphere: {
-      const Vec3 p = co * 2.0f - Vec3(1.0f);
-      const float l = length(p);
-      if (!(l > 0.0f)) return look_up(use, textures, {0, 0});
-      const float u = p.x == 0.0f && p.y == 0.0f ? 0.0f : (1.0f - std::atan2(p.x, p.y) / k_pi) * 0.5f;
-      return look_up(use, textures, {u, 1.0f - std::acos(std::clamp(p.z / l, -1.0f, 1.0f)) / k_pi});
-    }
-    case Projection::tube: {
-      const Vec3 p = co * 2.0f - Vec3(1.0f);
-      const float l = std::sqrt(p.x * p.x + p.y * p.y);
-      if (!(l > 0.0f)) return look_up(use, textures, {0, 0});
-      return look_up(use, textures, {(1.0f - std::atan2(p.x / l, p.y / l) / k_pi) * 0.5f, (p.z + 1.0f) * 0.5f});
-    }
-    default:
-      return look_up(use, textures, {co.x, co.y});
-  }
-}
-
-Texel texture_environment(const TextureUse& use, const TextureSystem* textures, const Vec3& co) {
-  const Vec3 d = normalize(co);
-  if (use.projection == Projection::mirror_ball) {
-    const float divisor = 2.0f * safe_sqrt(-0.5f * (d.y - 1.0f));
-    const float s = divisor > 0.0f ? 1.0f / divisor : 1.0f;
-    return look_up(use, textures, {0.5f * (d.x * s + 1.0f), 0.5f * (d.z * s + 1.0f)});
-  }
-  return look_up(use, textures, equirectangular(d));
-}
-
-float gradient(GradientType type, const Vec3& p) {
-  switch (type) {
-    case GradientType::linear:
-      return saturate(p.x);
-    case GradientType::quadratic:
-      return saturate(sqr(std::max(p.x, 0.0f)));
-    case GradientType::easing: {
-      const float r = saturate(p.x);
-      return r * r * (3.0f - 2.0f * r);
-    }
-    case GradientType::diagonal:
-      return saturate((p.x + p.y) * 0.5f);
-    case GradientType::radial:
-      return saturate(std::atan2(p.y, p.x) / (2.0f * k_pi) + 0.5f);
-    case GradientType::quadratic_sphere:
-      return saturate(sqr(std::max(0.999999f - length(p), 0.0f)));
-    case GradientType::spherical:
-      return saturate(std::max(0.999999f - length(p), 0.0f));
-  }
-  return 0.0f;
-}
-
-float checker(const Vec3& p) {
-  // A little off the lattice, where faces of unit cubes lie
-  const auto cell = [](float x) {
-    const float floored = std::floor((x + 0.000001f) * 0.999999f);
-    return std::fabs(floored) < 1e9f ? std::abs(static_cast<int>(floored)) % 2 : 0;
-  };
-  return (cell(p.x) == cell(p.y)) == (cell(p.z) != 0) ? 1.0f : 0.0f;
-}
-
 }  // namespace
+
+Vec3 object_normal(const ShadingPoint& point, const Vec3& n) {
+  return point.world_from_object ? normalize(point.world_from_object->transposed_vector(n)) : n;
+}
 
 void run_instruction(const ProgramData& program, const Instruction& instruction, const ShadingPoint& point,
                      const TextureSystem* textures, float* registers) {
   const Arguments a{program, program.operands.data() + instruction.operands, registers};
   float* out = registers + instruction.out;
   const int variant = instruction.variant;
-  const auto texel = [&](const Texel& value) {
-    store(out, value.color);
-    out[3] = value.alpha;
-  };
   switch (instruction.op) {
     case Op::position:
       store(out, position_at(point, variant, program.world));
@@ -402,7 +318,28 @@ void run_instruction(const ProgramData& program, const Instruction& instruction,
       *out = static_cast<float>(point.random_id) * (1.0f / static_cast<float>(0xFFFFFFFFu));
       break;
     case Op::view_distance:
-      *out = point.ray_length;
+      *out = length(camera_position(point, program.world));
+      break;
+    case Op::view_vector:
+      store(out, normalize(camera_position(point, program.world)));
+      break;
+    case Op::view_depth:
+      *out = camera_position(point, program.world).z;
+      break;
+    case Op::camera_position:
+      store(out, camera_position(point, program.world));
+      break;
+    case Op::window_position:
+      store(out, window_position(point, variant, program.world));
+      break;
+    case Op::object_color:
+      for (int k = 0; k < 4; ++k) out[k] = point.object_color ? (*point.object_color)[k] : 1.0f;
+      break;
+    case Op::wireframe:
+      *out = wireframe(point, variant != 0, a.f(0));
+      break;
+    case Op::light_falloff:
+      *out = light_falloff(point, variant, a.f(0), a.f(1));
       break;
 
     case Op::math:
@@ -480,11 +417,13 @@ void run_instruction(const ProgramData& program, const Instruction& instruction,
       break;
     }
     case Op::luminance:
-      *out = luminance(a.v(0));
+      // Blender's weights, the row Y of its configuration's matrix
+      *out = dot(a.v(0), Vec3(0.2126729f, 0.7151522f, 0.0721750f));
       break;
     case Op::average: {
       const Vec3 v = a.v(0);
-      *out = (v.x + v.y + v.z) * (1.0f / 3.0f);
+      // Exact for numbers that came as colours
+      *out = v.x == v.y && v.y == v.z ? v.x : (v.x + v.y + v.z) * (1.0f / 3.0f);
       break;
     }
     case Op::length:
@@ -543,7 +482,8 @@ void run_instruction(const ProgramData& program, const Instruction& instruction,
       }
       break;
     }
-    case Op::curves: {  // factor, colour; the table's last two floats are the range that it spans
+    case Op::curves: {  // factor, colour; the table's last two floats are the range that it spans; variant: 1 goes on
+                        // straight beyond its ends
       const std::vector<float>& table = program.tables[instruction.data];
       const Vec3 c = a.v(1);
       const int rows = static_cast<int>((table.size() - 2) / 3);
@@ -553,18 +493,10 @@ void run_instruction(const ProgramData& program, const Instruction& instruction,
         const float x = safe_divide(c[k] - low, high - low) * (rows - 1);
         const float clamped = std::isfinite(x) ? std::clamp(x, 0.0f, static_cast<float>(rows - 1)) : 0.0f;
         const int row = std::min(static_cast<int>(clamped), rows - 2);
-        // Beyond its ends a curve goes on straight
-        const float t = (std::isfinite(x) ? std::clamp(x, -1e4f, 1e4f + rows) : 0.0f) - row;
+        const float t = (variant && std::isfinite(x) ? x : clamped) - row;
         result[k] = lerp(table[row * 3 + k], table[(row + 1) * 3 + k], t);
       }
       store(out, lerp(c, Vec3(result[0], result[1], result[2]), a.f(0)));
-      break;
-    }
-    case Op::float_curve: {
-      const std::vector<float>& table = program.tables[instruction.data];
-      float result;
-      look_up_table(table, 1, a.f(1), &result);
-      *out = lerp(a.f(1), result, a.f(0));
       break;
     }
 
@@ -606,6 +538,12 @@ void run_instruction(const ProgramData& program, const Instruction& instruction,
       store(out, cross(point.ns_world, normalize(cross(t, point.ns_world))));
       break;
     }
+    case Op::wavelength:
+      store(out, wavelength_color(a.f(0)));
+      break;
+    case Op::object_normal_of:
+      store(out, object_normal(point, a.v(0)));
+      break;
     case Op::blackbody: {
       const Color c = blackbody_color(a.f(0));
       store(out, {std::max(c.x, 0.0f), std::max(c.y, 0.0f), std::max(c.z, 0.0f)});
@@ -613,43 +551,20 @@ void run_instruction(const ProgramData& program, const Instruction& instruction,
     }
 
     case Op::texture_image:
-      texel(texture_image(program.textures[instruction.data], textures, point, a.v(0)));
-      break;
     case Op::texture_environment:
-      texel(texture_environment(program.textures[instruction.data], textures, a.v(0)));
-      break;
-    case Op::noise: {  // vector, w, scale, detail, roughness, lacunarity, distortion; variant: dimensions, 8: signed,
-                       // 16: colour wanted
-      NoiseParameters parameters;
-      parameters.dimensions = std::max(1, variant & 7);
-      parameters.normalize = !(variant & 8);
-      parameters.detail = a.f(3);
-      parameters.roughness = a.f(4);
-      parameters.lacunarity = a.f(5);
-      parameters.distortion = a.f(6);
-      const Vec3 p = a.v(0) * a.f(2);
-      const float w = a.f(1) * a.f(2);
-      Color color(0.0f);
-      out[3] = noise_texture(parameters.dimensions == 1 ? Vec4(w, 0, 0, 0) : Vec4(p.x, p.y, p.z, w), parameters,
-                             variant & 16 ? &color : nullptr);
-      store(out, color);
-      break;
-    }
-    case Op::white_noise: {
-      const Vec3 p = a.v(0);
-      *out = hash_floats(p.x + p.z * 57.0f, p.y + a.f(1) * 131.0f);
-      break;
-    }
-    case Op::checker: {  // vector, color1, color2, scale
-      out[3] = checker(a.v(0) * a.f(3));
-      store(out, out[3] == 1.0f ? a.v(1) : a.v(2));
-      break;
-    }
+    case Op::noise:
+    case Op::musgrave:
+    case Op::voronoi:
+    case Op::wave:
+    case Op::magic:
+    case Op::brick:
+    case Op::gabor:
+    case Op::white_noise:
+    case Op::checker:
     case Op::gradient:
-      *out = gradient(static_cast<GradientType>(variant), a.v(0));
-      break;
     case Op::sky:
-      store(out, sky_radiance(program.tables[instruction.data], a.v(0)));
+    case Op::ies:
+      run_texture_instruction(program, instruction, point, textures, a, out);
       break;
     case Op::closure:
       break;

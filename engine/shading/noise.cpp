@@ -2,6 +2,8 @@
 
 #include <bit>
 
+#include "engine/shading/color_math.h"
+
 namespace lambent {
 namespace {
 
@@ -83,34 +85,158 @@ Vec4 offset_by_seed(const Vec4& p, float seed, int dimensions) {
   return plus(p, offsets);
 }
 
-float fractal(const Vec4& p, const NoiseParameters& parameters) {
-  const float octaves = std::isfinite(parameters.detail) ? std::clamp(parameters.detail, 0.0f, 15.0f) : 0.0f;
-  const float roughness = std::isfinite(parameters.roughness) ? std::clamp(parameters.roughness, 0.0f, 1.0f) : 0.5f;
-  const auto octave = [&](float frequency) {
-    const float n =
-        signed_noise({p.x * frequency, p.y * frequency, p.z * frequency, p.w * frequency}, parameters.dimensions);
-    return parameters.normalize ? 0.5f * n + 0.5f : n;
-  };
+Vec4 scaled(const Vec4& p, float f) { return {p.x * f, p.y * f, p.z * f, p.w * f}; }
+
+// Sum of octaves of falling amplitude. `whole` octaves and the fraction `rest` of one more.
+float fbm(const Vec4& p, const NoiseParameters& parameters, int whole, float rest) {
   float frequency = 1.0f, amplitude = 1.0f, total = 0.0f, sum = 0.0f;
-  const int whole = static_cast<int>(octaves);
-  for (int i = 0; i <= whole; ++i) {
-    sum += octave(frequency) * amplitude;
+  for (int i = 0; i < whole; ++i) {
+    sum += signed_noise(scaled(p, frequency), parameters.dimensions) * amplitude;
     total += amplitude;
-    amplitude *= roughness;
+    amplitude *= parameters.roughness;
     frequency *= parameters.lacunarity;
   }
-  const float rest = octaves - static_cast<float>(whole);
-  if (rest == 0.0f) return sum / total;
-  const float finer = sum + octave(frequency) * amplitude;
-  return (1.0f - rest) * sum / total + rest * finer / (total + amplitude);
+  const auto result = [&](float value, float weight) {
+    return parameters.normalize ? (weight > 0.0f ? 0.5f * value / weight + 0.5f : 0.5f) : value;
+  };
+  if (rest == 0.0f) return result(sum, total);
+  const float finer = sum + signed_noise(scaled(p, frequency), parameters.dimensions) * amplitude;
+  return lerp(result(sum, total), result(finer, total + amplitude), rest);
 }
+
+// `whole` octaves and the fraction `rest` of one more, combined by the type.
+float fractal(Vec4 p, const NoiseParameters& parameters, int whole, float rest) {
+  const auto noise = [&] { return signed_noise(p, parameters.dimensions); };
+  const auto next = [&] { p = scaled(p, parameters.lacunarity); };
+  const float roughness = parameters.roughness, offset = parameters.offset, gain = parameters.gain;
+  switch (parameters.type) {
+    case FractalType::fbm:
+      return fbm(p, parameters, whole, rest);
+    case FractalType::multifractal: {
+      float value = 1.0f, amplitude = 1.0f;
+      for (int i = 0; i < whole; ++i, next()) {
+        value *= amplitude * noise() + 1.0f;
+        amplitude *= roughness;
+      }
+      return rest != 0.0f ? value * (rest * amplitude * noise() + 1.0f) : value;
+    }
+    case FractalType::hybrid_multifractal: {
+      float value = 0.0f, amplitude = 1.0f, weight = 1.0f;
+      for (int i = 0; i < whole && weight > 0.001f; ++i, next()) {
+        weight = std::min(weight, 1.0f);
+        const float signal = (noise() + offset) * amplitude;
+        amplitude *= roughness;
+        value += weight * signal;
+        weight *= gain * signal;
+      }
+      if (rest != 0.0f && weight > 0.001f) value += rest * std::min(weight, 1.0f) * (noise() + offset) * amplitude;
+      return value;
+    }
+    case FractalType::ridged_multifractal: {
+      const auto ridge = [&] { return sqr(offset - std::fabs(noise())); };
+      float signal = ridge(), value = signal, amplitude = roughness;
+      for (int i = 1; i < whole; ++i) {
+        next();
+        const float weight = saturate(signal * gain);
+        signal = ridge() * weight;
+        value += signal * amplitude;
+        amplitude *= roughness;
+      }
+      return value;
+    }
+    case FractalType::hetero_terrain: {
+      float value = offset + noise(), amplitude = roughness;
+      next();
+      for (int i = 1; i < whole; ++i, next()) {
+        value += (noise() + offset) * amplitude * value;
+        amplitude *= roughness;
+      }
+      return rest != 0.0f ? value + rest * (noise() + offset) * amplitude * value : value;
+    }
+  }
+  return 0.0f;
+}
+
+float fractal(const Vec4& p, const NoiseParameters& parameters) {
+  const float detail = std::isfinite(parameters.detail) ? std::clamp(parameters.detail, 0.0f, 15.0f) : 0.0f;
+  const int whole = static_cast<int>(detail);
+  return fractal(p, parameters, whole + 1, detail - static_cast<float>(whole));
+}
+
+NoiseParameters sane(NoiseParameters parameters) {
+  parameters.roughness = std::isfinite(parameters.roughness) ? std::max(parameters.roughness, 0.0f) : 0.5f;
+  for (float* x : {&parameters.lacunarity, &parameters.offset, &parameters.gain, &parameters.distortion})
+    if (!std::isfinite(*x)) *x = 0.0f;
+  return parameters;
+}
+float finite(float x) { return std::isfinite(x) ? x : 0.0f; }
+
+uint32_t bits(float x) { return std::bit_cast<uint32_t>(x); }
+float unit(uint32_t hash) { return static_cast<float>(hash) * (1.0f / static_cast<float>(0xFFFFFFFFu)); }
 
 }  // namespace
 
 float hash_integers(uint32_t a, uint32_t b) {
   return static_cast<float>(lattice_hash<2>(a, b, 0, 0)) * (1.0f / static_cast<float>(0xFFFFFFFFu));
 }
-float hash_floats(float a, float b) { return hash_integers(std::bit_cast<uint32_t>(a), std::bit_cast<uint32_t>(b)); }
+float hash_floats(float a) { return unit(lattice_hash<1>(bits(a), 0, 0, 0)); }
+float hash_floats(float a, float b) { return unit(lattice_hash<2>(bits(a), bits(b), 0, 0)); }
+float hash_floats(float a, float b, float c) { return unit(lattice_hash<3>(bits(a), bits(b), bits(c), 0)); }
+float hash_floats(float a, float b, float c, float d) {
+  return unit(lattice_hash<4>(bits(a), bits(b), bits(c), bits(d)));
+}
+
+Color hash_to_color(const Vec4& p, int dimensions) {
+  switch (dimensions) {
+    case 1:
+      return {hash_floats(p.x), hash_floats(p.x, 1.0f), hash_floats(p.x, 2.0f)};
+    case 2:
+      return {hash_floats(p.x, p.y), hash_floats(p.x, p.y, 1.0f), hash_floats(p.x, p.y, 2.0f)};
+    case 3:
+      return {hash_floats(p.x, p.y, p.z), hash_floats(p.x, p.y, p.z, 1.0f), hash_floats(p.x, p.y, p.z, 2.0f)};
+    default:
+      return {hash_floats(p.x, p.y, p.z, p.w), hash_floats(p.z, p.x, p.w, p.y), hash_floats(p.w, p.z, p.y, p.x)};
+  }
+}
+
+Vec4 hash_to_vector(const Vec4& p, int dimensions) {
+  switch (dimensions) {
+    case 1:
+      return {hash_floats(p.x), 0, 0, 0};
+    case 2:
+      return {hash_floats(p.x, p.y), hash_floats(p.x, p.y, 1.0f), 0, 0};
+    case 3: {
+      const Color c = hash_to_color(p, 3);
+      return {c.x, c.y, c.z, 0};
+    }
+    default:
+      return {hash_floats(p.x, p.y, p.z, p.w), hash_floats(p.w, p.x, p.y, p.z), hash_floats(p.z, p.w, p.x, p.y),
+              hash_floats(p.y, p.z, p.w, p.x)};
+  }
+}
+
+Vec4 hash_cell(const int32_t* cell, int dimensions) {
+  constexpr uint32_t k_multiplier = 1664525u, k_increment = 1013904223u;
+  uint32_t v[4];
+  for (int i = 0; i < dimensions; ++i) v[i] = static_cast<uint32_t>(cell[i]) * k_multiplier + k_increment;
+  const auto scramble = [&] {
+    if (dimensions == 2) {
+      v[0] += v[1] * k_multiplier, v[1] += v[0] * k_multiplier;
+    } else if (dimensions == 3) {
+      v[0] += v[1] * v[2], v[1] += v[2] * v[0], v[2] += v[0] * v[1];
+    } else {
+      v[0] += v[1] * v[3], v[1] += v[2] * v[0], v[2] += v[0] * v[1], v[3] += v[1] * v[2];
+    }
+  };
+  scramble();
+  // Blender shifts signed numbers here.
+  for (int i = 0; i < dimensions; ++i) v[i] ^= static_cast<uint32_t>(static_cast<int32_t>(v[i]) >> 16);
+  scramble();
+  Vec4 result(0.0f);
+  for (int i = 0; i < dimensions; ++i)
+    result[i] = static_cast<float>(v[i] & 0x7FFFFFFFu) * (1.0f / static_cast<float>(0x7FFFFFFFu));
+  return result;
+}
 
 namespace {
 
@@ -169,7 +295,8 @@ float signed_noise(const Vec4& p, int dimensions) {
   }
 }
 
-float noise_texture(const Vec4& p_in, const NoiseParameters& parameters, Color* color) {
+float noise_texture(const Vec4& p_in, const NoiseParameters& given, Color* color) {
+  const NoiseParameters parameters = sane(given);
   const int n = parameters.dimensions;
   Vec4 p = p_in;
   if (parameters.distortion != 0.0f) {
@@ -178,11 +305,21 @@ float noise_texture(const Vec4& p_in, const NoiseParameters& parameters, Color* 
       offsets[i] = signed_noise(offset_by_seed(p, static_cast<float>(i), n), n) * parameters.distortion;
     p = plus(p, offsets);
   }
-  const float value = fractal(p, parameters);
+  const float value = finite(fractal(p, parameters));
   if (color)
-    *color = Color(value, fractal(offset_by_seed(p, static_cast<float>(n), n), parameters),
-                   fractal(offset_by_seed(p, static_cast<float>(n + 1), n), parameters));
+    *color = Color(value, finite(fractal(offset_by_seed(p, static_cast<float>(n), n), parameters)),
+                   finite(fractal(offset_by_seed(p, static_cast<float>(n + 1), n), parameters)));
   return value;
+}
+
+float musgrave_texture(const Vec4& p, const NoiseParameters& given, float octaves, float dimension) {
+  NoiseParameters parameters = sane(given);
+  parameters.lacunarity = std::max(parameters.lacunarity, 1e-5f);
+  parameters.roughness = finite(std::pow(parameters.lacunarity, -std::max(finite(dimension), 1e-5f)));
+  parameters.normalize = false;
+  const float clamped = std::clamp(finite(octaves), 0.0f, 15.0f);
+  const int whole = static_cast<int>(clamped);
+  return finite(fractal(p, parameters, whole, clamped - static_cast<float>(whole)));
 }
 
 }  // namespace lambent

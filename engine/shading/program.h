@@ -22,6 +22,7 @@ struct ProgramTraits {
   bool emits = false;                ///< emission is not always zero
   bool constant_emission = false;    ///< emission needs no program: `emission`
   Color emission{0.0f};              ///< average or constant estimate, radiance
+  bool emits_negative = false;       ///< emission may be negative: not a constant, nor built of what never is
   bool may_be_transparent = false;   ///< transparency is not always zero: shadow rays must ask
   bool needs_differentials = false;  ///< bump, filtered textures
   bool scatters = false;             ///< has lobes besides emission and transparency

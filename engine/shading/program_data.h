@@ -8,6 +8,7 @@
 #include "engine/assets/texture_system.h"
 #include "engine/shading/closures.h"
 #include "engine/shading/program.h"
+#include "engine/shading/voronoi.h"
 
 namespace lambent {
 
@@ -32,6 +33,13 @@ enum class Op : uint8_t {
   material_index,
   object_random,
   view_distance,
+  view_vector,      // v; unit, in the camera's space
+  view_depth,       // f; along the camera's axis
+  camera_position,  // v; in the camera's space
+  window_position,  // v; variant as for position
+  object_color,     // c4
+  wireframe,        // f(size); variant: 1 in pixels
+  light_falloff,    // f(strength, smooth); variant: 0 quadratic, 1 linear, 2 constant
   // Arithmetic
   math,               // f(a, b, c); variant: MathOperation
   vector_math,        // v(a, b, c, scale); variant: VectorOperation
@@ -47,7 +55,7 @@ enum class Op : uint8_t {
   map_range_vector,  // variant: MapRange
   mapping,           // v(vector, location, rotation, scale); variant: MappingType
   vector_rotate,     // v(vector, center, axis, angle, euler); variant: RotateType
-  vector_transform,  // v; variant: bits of TransformKind
+  vector_transform,  // v; variant: from + 3 · to + 9 · kind (vector, point, normal); spaces: world, object, camera
   combine,           // v(x, y, z)
   convert_color,     // v; variant: ColorModel
   luminance,
@@ -61,9 +69,8 @@ enum class Op : uint8_t {
   gamma,
   bright_contrast,
   hue_saturation,
-  ramp,         // c4(factor); data: table
-  curves,       // v(factor, color); data: table
-  float_curve,  // f(factor, value); data: table
+  ramp,    // c4(factor); data: table
+  curves,  // v(factor, color); data: table; variant: 1 extrapolates
   // Shading
   fresnel,
   layer_weight_fresnel,
@@ -74,14 +81,23 @@ enum class Op : uint8_t {
   radial_tangent,  // v(generated); variant: axis
   world_tangent,   // v(tangent)
   blackbody,
+  wavelength,
+  object_normal_of,  // v(normal): from world to object space, unit
   // Textures
   texture_image,        // c4(vector); data: texture
   texture_environment,  // c4(vector); data: texture
-  noise,
-  white_noise,
+  noise,                // c4: colour and value
+  musgrave,             // f; variant: dimensions + 8 · type
+  voronoi,              // 8: distance, colour, position; data: index in voronois
+  wave,                 // f; variant: shape + 8 · profile
+  magic,                // v
+  brick,                // c4: colour and mortar
+  gabor,                // v: value, phase, intensity; variant: 1 in three dimensions
+  white_noise,          // v; variant: dimensions
   checker,
   gradient,
   sky,  // v(direction); data: table
+  ies,  // f(direction); data: table
   // Closures
   closure  // data: closure
 };
@@ -185,7 +201,7 @@ enum class RotateType : uint8_t { axis_angle, x, y, z, euler };
 enum class ColorModel : uint8_t { rgb_to_hsv, hsv_to_rgb, rgb_to_hsl, hsl_to_rgb };
 enum class NormalSpace : uint8_t { tangent, object, world, blender_object, blender_world };
 enum class GradientType : uint8_t { linear, quadratic, easing, diagonal, spherical, quadratic_sphere, radial };
-enum class Projection : uint8_t { flat, box, sphere, tube, equirectangular, mirror_ball };
+enum class ImageProjection : uint8_t { flat, box, sphere, tube, equirectangular, mirror_ball };
 
 /// Register offsets are >= 0; constants are ~index into ProgramData::constants.
 using Operand = int32_t;
@@ -202,7 +218,7 @@ struct TextureUse {
   TextureHandle texture;
   TextureInterpolation interpolation = TextureInterpolation::linear;
   TextureExtension extension = TextureExtension::repeat;
-  Projection projection = Projection::flat;
+  ImageProjection projection = ImageProjection::flat;
   float projection_blend = 0.0f;
   bool straight_color = false;
 };
@@ -231,12 +247,39 @@ class ProgramData {
   std::vector<float> constants;
   std::vector<TextureUse> textures;
   std::vector<ClosureUse> closures;
-  std::vector<std::vector<float>> tables;  ///< ramps: 256 · rgba; curves; skies
+  std::vector<std::vector<float>> tables;  ///< ramps: 256 · rgba; curves; skies; light profiles
+  std::vector<VoronoiParameters> voronois;
   std::vector<AttributeRequest> requests;
   ProgramTraits traits;
 };
 
 inline constexpr int k_max_registers = 4096;  ///< floats: 16 KiB of stack
+
+/// Widest result of an instruction, floats.
+inline constexpr int k_max_width = 8;
+
+/// Operands of one instruction.
+struct Arguments {
+  const ProgramData& program;
+  const Operand* operand;
+  const float* registers;
+
+  const float* at(int i) const {
+    const Operand o = operand[i];
+    return o >= 0 ? registers + o : program.constants.data() + ~o;
+  }
+  float f(int i) const { return *at(i); }
+  Vec3 v(int i) const {
+    const float* p = at(i);
+    return {p[0], p[1], p[2]};
+  }
+};
+
+/// The instructions of textures: texture_instructions.cpp.
+void run_texture_instruction(const ProgramData& program, const Instruction& instruction, const ShadingPoint& point,
+                             const TextureSystem* textures, const Arguments& a, float* out);
+/// Unit object-space normal of a world-space one.
+Vec3 object_normal(const ShadingPoint& point, const Vec3& n);
 
 /// Runs one value instruction (not Op::closure): also what folds constants.
 /// @param registers of the program; @param point may be any for instructions that read no input.

@@ -46,7 +46,15 @@ struct AttributeValue {
   static AttributeValue constant(const Vec4& value) { return {value, Vec4(0.0f), Vec4(0.0f)}; }
 };
 
-inline constexpr int k_max_attributes = 8;
+inline constexpr int k_max_attributes = 16;
+
+/// The camera as shaders may ask for it.
+struct ViewSpace {
+  Transform camera_from_world, world_from_camera;  ///< of p_world; camera: x right, y up, z forward
+  bool perspective = true;
+  /// Window coordinates, 0 to 1 across the picture: offset + scale · (x, y), or of (x, y) / z in perspective.
+  Vec2 window_scale{1.0f, 1.0f}, window_offset{0.5f, 0.5f};
+};
 
 /// All in world space. For surfaces; for the world and distant lights, `wi` alone is meaningful (p = -wi direction
 /// lookups). Invariant: ng and ns are unit and on wi's side (dot(ng, wi) >= 0); `backfacing` tells that they were
@@ -69,6 +77,8 @@ struct ShadingPoint {
   const Transform* world_from_object =
       nullptr;  ///< with the scene's origin shift removed: true world space; may be null
   const Transform* object_from_world = nullptr;
+  const ViewSpace* view = nullptr;
+  const Vec4* object_color = nullptr;                       ///< viewport colour and alpha; null: white
   Vec3 origin_shift{0.0f};                                  ///< add to p_world to get the user's world position
   std::array<AttributeValue, k_max_attributes> attributes;  ///< in the order of Program::attribute_requests()
 };

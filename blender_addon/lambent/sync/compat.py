@@ -13,6 +13,9 @@ import numpy as np
 # from, which Blender reports as an error when it quits.
 FOREACH_LEAKS_INSTANCES = bpy.app.version < (5, 0, 0)
 
+# The Voronoi Texture hashes its cells as whole numbers since 5.0, so that its patterns are others.
+VORONOI_HASHES_CELLS = bpy.app.version >= (5, 0, 0)
+
 
 def corner_vertices(mesh):
     """int32[corners]: the vertex of each face corner."""

@@ -14,7 +14,7 @@ _FOLDED_CONSTANTS = ("ShaderNodeValue", "ShaderNodeRGB")
 _NUMBERS = ("VALUE", "INT", "BOOLEAN")
 _TRIPLES = ("RGBA", "VECTOR")
 # Rec. 709 luminance, by which a colour becomes a number when linked to a number's socket.
-_LUMINANCE = (0.2126, 0.7152, 0.0722)
+_LUMINANCE = (0.2126729, 0.7151522, 0.0721750)
 
 
 class _Nothing:

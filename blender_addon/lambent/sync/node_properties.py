@@ -5,7 +5,10 @@
 
 import bpy
 
-CURVE_SAMPLES = 257
+from . import compat
+
+# As many as Blender hands to Cycles, at the same places.
+CURVE_SAMPLES = 256
 
 _BASE_PROPERTIES = frozenset(bpy.types.Node.bl_rna.properties.keys()) | {"node_tree", "interface"}
 
@@ -26,9 +29,47 @@ def read(node, images, edits, owner_name):
             value = plain(getattr(node, name))
             if value is not None:
                 found[name] = value
-    if node.bl_idname == "ShaderNodeBsdfPrincipled":
-        found["generation"] = 2 if "Subsurface Weight" in node.inputs else 1
+    special = _SPECIAL.get(node.bl_idname)
+    if special is not None:
+        special(node, found)
     return found
+
+
+def _principled(node, found):
+    found["generation"] = 2 if "Subsurface Weight" in node.inputs else 1
+
+
+def _normal(node, found):
+    # The direction is kept as the default of the output.
+    found["direction"] = list(node.outputs["Normal"].default_value)
+
+
+def _voronoi(_node, found):
+    found["cell_hashes"] = compat.VORONOI_HASHES_CELLS
+
+
+def _light_profile(node, found):
+    """The text of an IES file as the property "profile"; empty where it cannot be read."""
+    found.pop("filepath", None)
+    found["profile"] = ""
+    if node.mode == "INTERNAL":
+        if node.ies is not None:
+            found["profile"] = node.ies.as_string()
+    elif node.filepath:
+        path = bpy.path.abspath(node.filepath, library=node.id_data.library)
+        try:
+            with open(path, encoding="latin-1") as file:
+                found["profile"] = file.read()
+        except OSError:
+            pass
+
+
+_SPECIAL = {
+    "ShaderNodeBsdfPrincipled": _principled,
+    "ShaderNodeNormal": _normal,
+    "ShaderNodeTexVoronoi": _voronoi,
+    "ShaderNodeTexIES": _light_profile,
+}
 
 
 def _read_pointer(node, name, value, images, edits, owner_name, found):
@@ -49,7 +90,7 @@ def _read_pointer(node, name, value, images, edits, owner_name, found):
     elif isinstance(value, bpy.types.TexMapping):
         if not _is_identity(value):
             edits.unsupported(owner_name, f"{owner_name}: the mapping inside node '{node.name}' is ignored; use a Mapping node")
-    elif isinstance(value, bpy.types.Text):
+    elif isinstance(value, bpy.types.Text) and node.bl_idname != "ShaderNodeTexIES":
         edits.unsupported(owner_name, f"{owner_name}: the text that node '{node.name}' reads ({value.name}) is ignored")
 
 

@@ -70,7 +70,6 @@ MergeReach Kernel<profile>::reach_at(const Vec3& p_first_hit) const {
 
 template <KernelProfile profile>
 bool Kernel<profile>::limits_are_near(const EventCounts& before, const EventCounts& light_side, int more) const {
-  if (!settings_.caustics_reflective || !settings_.caustics_refractive) return true;
   EventCounts most = before + light_side;
   most.diffuse += more;
   most.glossy += more;
@@ -79,16 +78,12 @@ bool Kernel<profile>::limits_are_near(const EventCounts& before, const EventCoun
 }
 
 template <KernelProfile profile>
-float Kernel<profile>::share_within_limits(const EventCounts& before, const EventCounts& light_side, bool caustic,
+float Kernel<profile>::share_within_limits(const EventCounts& before, const EventCounts& light_side,
                                            const EventShares* at_camera, const EventShares* at_light) const {
   constexpr uint8_t k_events[3] = {k_scatter_diffuse, k_scatter_glossy, k_scatter_transmission};
   const auto share_of = [](const EventShares* shares, int kind) {
     if (!shares) return kind == 0 ? 1.0f : 0.0f;  // an event that no limit counts
     return kind == 0 ? shares->diffuse : kind == 1 ? shares->glossy : shares->transmission;
-  };
-  const auto cut_after_diffuse = [&](uint8_t event) {
-    return (event & k_scatter_diffuse) == 0 &&
-           !(event & k_scatter_transmission ? settings_.caustics_refractive : settings_.caustics_reflective);
   };
   float sum = 0.0f;
   for (int a = 0; a < 3; ++a)
@@ -98,20 +93,7 @@ float Kernel<profile>::share_within_limits(const EventCounts& before, const Even
       EventCounts all = before + light_side;
       if (at_camera) all.add(k_events[a]);
       if (at_light) all.add(k_events[b]);
-      if (!all.within(settings_.bounces)) continue;
-      // From the camera: nothing that is cut may come after something diffuse.
-      bool diffuse = after_diffuse_;
-      bool cut = false;
-      if (at_camera) {
-        cut |= diffuse && cut_after_diffuse(k_events[a]);
-        diffuse |= a == 0;
-      }
-      if (at_light) {
-        cut |= diffuse && cut_after_diffuse(k_events[b]);
-        diffuse |= b == 0;
-      }
-      cut |= diffuse && caustic;
-      if (!cut) sum += share;
+      if (all.within(settings_.bounces)) sum += share;
     }
   return sum;
 }
@@ -310,8 +292,7 @@ void Kernel<profile>::connect(const Here& here, const LightWalk& walk, float sca
     const Vec3 direction = offset * (1.0f / distance);
     const BsdfEval scattered = here.bsdf.eval(here.point.wi_world, direction, Transport::radiance);
     if (is_black(scattered.f_cos) || !(scattered.pdf_solid_angle > 0.0f)) continue;
-    const bool near =
-        limits_are_near(before, vertex.counts, 1 + counted_at_light) || (vertex.caustic && after_diffuse_);
+    const bool near = limits_are_near(before, vertex.counts, 1 + counted_at_light);
     LightScatter at_light;
     if (!walk.scatter(vertex, -direction, false, near, scratch_, at_light)) continue;
 
@@ -319,8 +300,8 @@ void Kernel<profile>::connect(const Here& here, const LightWalk& walk, float sca
     Color contribution = throughput_ * scattered.f_cos * at_light.f_cos * vertex.throughput * (per_area * scale);
     if (near) {
       const EventShares at_camera = here.bsdf.event_shares(here.point.wi_world, direction);
-      contribution *= share_within_limits(before, vertex.counts, vertex.caustic, &at_camera,
-                                          counted_at_light ? &at_light.shares : nullptr);
+      contribution *=
+          share_within_limits(before, vertex.counts, &at_camera, counted_at_light ? &at_light.shares : nullptr);
     }
     if (is_black(contribution) || !is_finite(contribution)) continue;
 
@@ -377,11 +358,10 @@ void Kernel<profile>::merge(const Here& here, const Sampler& sampler, uint32_t e
         throughput_ * scattered.f_cos * photon.flux.unpack() * (scale * per_photon / std::fabs(cos_light));
     const EventCounts light_side{std::max(depth - 2, 0), record->counts.diffuse, record->counts.glossy,
                                  record->counts.transmission, record->counts.transparent};
-    const bool caustic = record->flags & k_record_caustic;
     const int counted = depth >= 2 ? 1 : 0;
-    if (limits_are_near(before, light_side, counted) || (caustic && after_diffuse_)) {
+    if (limits_are_near(before, light_side, counted)) {
       const EventShares shares = here.bsdf.event_shares(here.point.wi_world, wi);
-      contribution *= share_within_limits(before, light_side, caustic, counted ? &shares : nullptr, nullptr);
+      contribution *= share_within_limits(before, light_side, counted ? &shares : nullptr, nullptr);
       if (is_black(contribution)) return;
     }
 
@@ -432,7 +412,7 @@ void Kernel<profile>::connect_to_lens(const LightWalk& walk, const LightVertex& 
   LightScatter at_light;
   if (!walk.scatter(vertex, lens.direction_world, true, near, scratch_, at_light)) return;
   Color contribution = vertex.throughput * at_light.f_cos * lens.importance_px2_per_m2;
-  if (near) contribution *= share_within_limits({}, vertex.counts, vertex.caustic, nullptr, &at_light.shares);
+  if (near) contribution *= share_within_limits({}, vertex.counts, nullptr, &at_light.shares);
   if (is_black(contribution)) return;
 
   lens_pdfs_.reserve(vertex.depth);
@@ -501,7 +481,6 @@ void Kernel<profile>::light_sample(const Sampler& sampler, PhotonBatch* batch, b
   if (pass_.set.light_tracing && !silent) {
     m_ = 0;
     bounces_ = {};
-    after_diffuse_ = false;
     for (int i = 0; i < walk_.size(); ++i) {
       const uint32_t event = static_cast<uint32_t>(i);
       const Vec2 u_lens = scene_.profile().depth_of_field
@@ -529,7 +508,6 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
   pixel_y_ = y;
   distance_before_ = 0.0f;
   only_transparent_ = only_delta_ = true;
-  after_diffuse_ = false;
   pdfs_.n = 0;
   last_.p_world = camera_ray.origin;
   Ray ray{camera_ray.origin, camera_ray.t_min, camera_ray.direction, camera_ray.t_max, k_visible_camera};
@@ -562,6 +540,12 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
       scattered.event = k_scatter_transparent | k_scatter_delta;
     } else {
       program.evaluate(point, scene_.textures(), bsdf);
+      uint8_t light_flags = light_walk_flags(scene_, hit, program);
+      if (caustics_drop_lobes(bsdf, settings_)) {
+        light_flags &= static_cast<uint8_t>(~k_light_scatters);
+        if (bounces_.ray_kind & k_ray_diffuse)
+          bsdf.drop_glossy(!settings_.caustics_reflective, !settings_.caustics_refractive);
+      }
       if (m_ == 0) bsdf.set_least_share(k_camera_least_share);
       if (program.traits().emits) add_surface_emission(hit, binding, ray.direction, distance, bsdf.emission());
       if (bsdf.empty()) break;
@@ -577,8 +561,6 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
       } else {
         pdfs_.camera[i] = last_.pdf_solid_angle * cosine * per_area;
       }
-      const uint8_t light_flags =
-          light_walk_flags(scene_.geometry().instance(hit.instance).visibility, program.traits().path_dependent);
       pdfs_.flags[i] = k_connectible | light_flags;
       const Here here{point,  hit,
                       bsdf,   light_receiver_normal(bsdf, point.ng_world),
@@ -612,11 +594,6 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
     if (scattered.event & k_scatter_transparent) {
       distance_before_ = distance;
     } else {
-      const bool transmission = scattered.event & k_scatter_transmission;
-      const bool diffuse = scattered.event & k_scatter_diffuse;
-      if (after_diffuse_ && !diffuse && !(transmission ? settings_.caustics_refractive : settings_.caustics_reflective))
-        break;
-      after_diffuse_ = after_diffuse_ || diffuse;
       only_transparent_ = false;
       distance_before_ = 0.0f;
     }

@@ -80,8 +80,8 @@ class Kernel {
   }
   MergeReach reach_at(const Vec3& p_first_hit) const;
   /// What part of a joined path's light keeps within the limits by kind of event.
-  float share_within_limits(const EventCounts& before, const EventCounts& light_side, bool caustic,
-                            const EventShares* at_camera, const EventShares* at_light) const;
+  float share_within_limits(const EventCounts& before, const EventCounts& light_side, const EventShares* at_camera,
+                            const EventShares* at_light) const;
   bool limits_are_near(const EventCounts& before, const EventCounts& light_side, int more) const;
 
   void add(const Color& contribution, Technique technique, float weight, bool indirect);
@@ -115,7 +115,7 @@ class Kernel {
   int m_ = 0;  ///< scattering vertices so far
   int pixel_x_ = 0, pixel_y_ = 0;
   float distance_before_ = 0.0f;  ///< from x_m to the present ray's origin, through transparent surfaces
-  bool only_transparent_ = true, only_delta_ = true, after_diffuse_ = false;
+  bool only_transparent_ = true, only_delta_ = true;
 };
 
 extern template class Kernel<KernelProfile::solid>;

@@ -1,0 +1,409 @@
+"""The cases of nodes that need a surface, light or the camera: shaders, and inputs that vary over a surface. Runs inside Blender.
+
+Each case is a small sphere under a sun and a sky of many colours; where the node computes a value, the sphere emits it.
+"""
+
+import bpy
+
+k_cases = []  # (node, label, function(tree, object) -> shader socket)
+
+
+def case(node, label):
+    def add(function):
+        k_cases.append((node, label, function))
+        return function
+
+    return add
+
+
+def shader(tree, kind, inputs=None, **properties):
+    """Adds a node with properties and input values (numbers, colours, or sockets to link); returns it."""
+    node = tree.nodes.new("ShaderNode" + kind)
+    for key, value in properties.items():
+        setattr(node, key, value)
+    for name, value in (inputs or {}).items():
+        socket = next((s for s in node.inputs if s.name == name and s.enabled), None) or node.inputs[name]
+        if isinstance(value, bpy.types.NodeSocket):
+            tree.links.new(value, socket)
+        else:
+            socket.default_value = value
+    return node
+
+
+def emitted(tree, socket):
+    """A shader that emits a value, moved into the positive by a half so that its sign shows."""
+    half = shader(tree, "VectorMath", {}, operation="MULTIPLY_ADD")
+    tree.links.new(socket, half.inputs[0])
+    half.inputs[1].default_value = half.inputs[2].default_value = (0.5, 0.5, 0.5)
+    return shader(tree, "Emission", {"Color": half.outputs[0]}).outputs[0]
+
+
+def add_shader(kind, label, inputs=None, **properties):
+    """A case of one shader node, if this Blender has it and its settings."""
+    if not hasattr(bpy.types, "ShaderNode" + kind):
+        return
+    k_cases.append((kind, label, lambda tree, _thing: shader(tree, kind, inputs, **properties).outputs[0]))
+
+
+def add_value(kind, output, label="", inputs=None, **properties):
+    """A case of one output of a node that computes a value."""
+    if not hasattr(bpy.types, "ShaderNode" + kind):
+        return
+
+    def build(tree, _thing):
+        node = shader(tree, kind, inputs, **properties)
+        return emitted(tree, node.outputs[output])
+
+    k_cases.append((kind, f"{label}.{output}" if label else output, build))
+
+
+def items(kind, name):
+    """The items of an enumerated property of a node, or nothing where this Blender lacks either."""
+    node_type = getattr(bpy.types, "ShaderNode" + kind, None)
+    definition = node_type.bl_rna.properties.get(name) if node_type else None
+    return [item.identifier for item in definition.enum_items] if definition else []
+
+
+k_blue = (0.2, 0.5, 0.8, 1.0)
+
+
+def add_simple_shaders():
+    for roughness in (0.0, 0.5, 1.0):
+        add_shader("BsdfDiffuse", f"roughness {roughness}", {"Color": k_blue, "Roughness": roughness})
+    for kind in ("BsdfGlossy", "BsdfGlass", "BsdfRefraction"):
+        for distribution in items(kind, "distribution"):
+            for roughness in (0.0,) if distribution == "SHARP" else (0.0, 0.2, 0.5, 1.0):
+                add_shader(kind, f"{distribution} roughness {roughness}", {"Color": k_blue, "Roughness": roughness},
+                           distribution=distribution)  # fmt: skip
+        if kind != "BsdfGlossy":
+            add_shader(kind, "index 0.8", {"Color": k_blue, "Roughness": 0.3, "IOR": 0.8}, distribution="GGX")
+            add_shader(kind, "index 2.4", {"Color": k_blue, "Roughness": 0.3, "IOR": 2.4}, distribution="GGX")
+            add_shader(kind, "index 1", {"Color": k_blue, "Roughness": 0.3, "IOR": 1.0}, distribution="GGX")
+    kind = "BsdfAnisotropic"
+    for distribution in items(kind, "distribution"):
+        for anisotropy, rotation in ((0.7, 0.0), (-0.6, 0.0), (0.7, 0.2)):
+            add_shader(kind, f"{distribution} anisotropy {anisotropy} rotation {rotation}",
+                       {"Color": k_blue, "Roughness": 0.4, "Anisotropy": anisotropy, "Rotation": rotation},
+                       distribution=distribution)  # fmt: skip
+    for direction in ("RADIAL", "UV_MAP"):
+        for axis in ("X", "Y", "Z") if direction == "RADIAL" else ("Z",):
+
+            def tangent(tree, _thing, direction=direction, axis=axis):
+                node = shader(tree, "Tangent", direction_type=direction, axis=axis)
+                inputs = {"Roughness": 0.4, "Anisotropy": 0.8, "Tangent": node.outputs[0]}
+                return shader(tree, "BsdfAnisotropic", inputs, distribution="GGX").outputs[0]
+
+            k_cases.append(("Tangent", f"{direction} {axis} in a glossy shader", tangent))
+            add_value("Tangent", "Tangent", f"{direction} {axis}", direction_type=direction, axis=axis)
+    add_shader("BsdfTranslucent", "", {"Color": k_blue})
+    add_shader("BsdfTransparent", "", {"Color": k_blue})
+    add_shader("Emission", "", {"Color": k_blue, "Strength": 1.5})
+    add_shader("Holdout", "")
+    for sigma in (0.2, 0.6, 1.0):
+        add_shader("BsdfVelvet", f"sigma {sigma}", {"Color": k_blue, "Sigma": sigma})
+    for distribution in items("BsdfSheen", "distribution"):
+        for roughness in (0.1, 0.4, 0.8):
+            add_shader("BsdfSheen", f"{distribution} roughness {roughness}", {"Color": k_blue, "Roughness": roughness},
+                       distribution=distribution)  # fmt: skip
+    for component in items("BsdfToon", "component"):
+        for size, smooth in ((0.5, 0.0), (0.5, 0.3), (0.9, 0.5), (0.1, 0.1)):
+            add_shader("BsdfToon", f"{component} size {size} smooth {smooth}",
+                       {"Color": k_blue, "Size": size, "Smooth": smooth}, component=component)  # fmt: skip
+    for component in items("BsdfHair", "component"):
+        for roughness in (0.1, 0.5):
+            add_shader("BsdfHair", f"{component} roughness {roughness}",
+                       {"Color": k_blue, "RoughnessU": roughness, "RoughnessV": 1.0}, component=component)  # fmt: skip
+    for parametrization in items("BsdfHairPrincipled", "parametrization"):
+        add_shader("BsdfHairPrincipled", parametrization, parametrization=parametrization)
+    for falloff in items("SubsurfaceScattering", "falloff"):
+        add_shader("SubsurfaceScattering", falloff, {"Color": k_blue, "Scale": 0.2}, falloff=falloff)
+    for fresnel in items("BsdfMetallic", "fresnel_type"):
+        for distribution in items("BsdfMetallic", "distribution"):
+            add_shader("BsdfMetallic", f"{fresnel} {distribution}", {"Roughness": 0.3}, fresnel_type=fresnel,
+                       distribution=distribution)  # fmt: skip
+
+
+def add_mixes():
+    @case("MixShader", "")
+    def mix(tree, _thing):
+        diffuse = shader(tree, "BsdfDiffuse", {"Color": k_blue}).outputs[0]
+        node = shader(tree, "MixShader", {"Fac" if "Fac" in shader_inputs("MixShader") else "Factor": 0.3})
+        tree.links.new(diffuse, node.inputs[1])
+        tree.links.new(shader(tree, "BsdfGlossy", {"Roughness": 0.3}).outputs[0], node.inputs[2])
+        return node.outputs[0]
+
+    @case("MixShader", "second input empty")
+    def half(tree, _thing):
+        node = shader(tree, "MixShader")
+        tree.links.new(shader(tree, "BsdfDiffuse", {"Color": k_blue}).outputs[0], node.inputs[1])
+        return node.outputs[0]
+
+    @case("AddShader", "")
+    def add(tree, _thing):
+        node = shader(tree, "AddShader")
+        tree.links.new(shader(tree, "BsdfDiffuse", {"Color": k_blue}).outputs[0], node.inputs[0])
+        tree.links.new(shader(tree, "Emission", {"Color": (0.1, 0.2, 0.1, 1.0)}).outputs[0], node.inputs[1])
+        return node.outputs[0]
+
+
+def shader_inputs(kind):
+    tree = bpy.data.node_groups.new("probe", "ShaderNodeTree")
+    names = [socket.name for socket in tree.nodes.new("ShaderNode" + kind).inputs]
+    bpy.data.node_groups.remove(tree)
+    return names
+
+
+def add_principled():
+    names = shader_inputs("BsdfPrincipled")
+    newer = "Specular IOR Level" in names
+    specular, clearcoat, sheen, transmission, subsurface = (
+        ("Specular IOR Level", "Coat Weight", "Sheen Weight", "Transmission Weight", "Subsurface Weight")
+        if newer
+        else ("Specular", "Clearcoat", "Sheen", "Transmission", "Subsurface")
+    )
+    sets = {
+        "plain": {},
+        "smooth": {"Roughness": 0.0},
+        "rough": {"Roughness": 1.0},
+        "no specular": {specular: 0.0},
+        "strong specular": {specular: 1.0, "Roughness": 0.3},
+        "metal": {"Metallic": 1.0, "Roughness": 0.3},
+        "rough metal": {"Metallic": 1.0, "Roughness": 0.9},
+        "half metal": {"Metallic": 0.5, "Roughness": 0.3},
+        "anisotropic metal": {"Metallic": 1.0, "Roughness": 0.4, "Anisotropic": 0.8, "Anisotropic Rotation": 0.1},
+        "coat": {clearcoat: 1.0, "Roughness": 0.6},
+        "sheen": {sheen: 1.0},
+        "glass": {transmission: 1.0, "Roughness": 0.0},
+        "rough glass": {transmission: 1.0, "Roughness": 0.4},
+        "half glass": {transmission: 0.5, "Roughness": 0.2},
+        "alpha": {"Alpha": 0.4},
+        "subsurface": {subsurface: 0.5},
+        "glow": {("Emission Color" if newer else "Emission"): (0.3, 0.1, 0.2, 1.0), "Emission Strength": 1.0},
+    }
+    if newer:
+        sets["tinted coat"] = {"Coat Weight": 0.7, "Coat Tint": (0.9, 0.5, 0.2, 1.0), "Coat Roughness": 0.2}
+        sets["tinted specular"] = {"Specular Tint": (0.9, 0.5, 0.2, 1.0), "Roughness": 0.2}
+        sets["diffuse roughness"] = {"Diffuse Roughness": 0.8}
+        sets["thin film"] = {"Thin Film Thickness": 400.0, "Roughness": 0.2}
+        sets["thin film metal"] = {"Thin Film Thickness": 400.0, "Metallic": 1.0, "Roughness": 0.2}
+        sets["thin wall"] = {"Thin Wall": True, "Transmission Weight": 0.8}
+    else:
+        sets["tinted specular"] = {"Specular Tint": 1.0, "Roughness": 0.2}
+        sets["rough transmission"] = {"Transmission": 1.0, "Roughness": 0.1, "Transmission Roughness": 0.3}
+        sets["rough coat"] = {"Clearcoat": 1.0, "Clearcoat Roughness": 0.4}
+        sets["tinted sheen"] = {"Sheen": 1.0, "Sheen Tint": 1.0}
+    for distribution in items("BsdfPrincipled", "distribution"):
+        for label, values in sets.items():
+            if all(name in names for name in values):
+                add_shader("BsdfPrincipled", f"{label} ({distribution})", {"Base Color": k_blue, **values},
+                           distribution=distribution)  # fmt: skip
+
+
+def add_inputs():
+    for output in ("Position", "Normal", "Tangent", "True Normal", "Incoming", "Parametric", "Backfacing", "Pointiness",
+                   "Random Per Island"):  # fmt: skip
+        add_value("NewGeometry", output)
+    for output in ("Generated", "Normal", "UV", "Object", "Camera", "Window", "Reflection"):
+        add_value("TexCoord", output)
+    for output in ("View Vector", "View Z Depth", "View Distance"):
+        add_value("CameraData", output)
+    for output in ("Location", "Color", "Alpha", "Object Index", "Material Index"):
+        add_value("ObjectInfo", output)
+    for output in ("Is Strand", "Intercept", "Length", "Thickness", "Tangent Normal", "Random"):
+        add_value("HairInfo", output)
+    for output in ("Index", "Random", "Age", "Lifetime", "Location", "Size", "Velocity", "Angular Velocity"):
+        add_value("ParticleInfo", output)
+    for output in ("Position", "Radius", "Random"):
+        add_value("PointInfo", output)
+    for index in (1.45, 0.7, 1.0):
+        add_value("Fresnel", "Fac", f"index {index}", {"IOR": index})
+    for blend in (0.1, 0.5, 0.9):
+        for output in ("Fresnel", "Facing"):
+            add_value("LayerWeight", output, f"blend {blend}", {"Blend": blend})
+    for output in ("Is Camera Ray", "Is Shadow Ray", "Ray Length", "Ray Depth", "Transparent Depth"):
+        add_value("LightPath", output)
+    add_value("UVMap", "UV")
+    for kind in ("UV_MAP",):
+        add_value("UVMap", "UV", "by name", uv_map="second")
+    for layer in ("", "paint", "absent"):
+        for output in ("Color", "Alpha"):
+            add_value("VertexColor", output, layer or "active", layer_name=layer)
+    for name in ("number", "vector", "paint", "point", "corner", "whole", "flag", "absent", "second"):
+        for output in ("Color", "Vector", "Fac", "Alpha"):
+            add_value("Attribute", output, name, attribute_type="GEOMETRY", attribute_name=name)
+    for name in ("own", "color", "absent"):
+        for output in ("Color", "Fac", "Alpha"):
+            add_value("Attribute", output, f"OBJECT {name}", attribute_type="OBJECT", attribute_name=name)
+    for name in ("scene_number", "absent"):
+        add_value("Attribute", "Fac", f"VIEW_LAYER {name}", attribute_type="VIEW_LAYER", attribute_name=name)
+    for pixels in (False, True):
+        add_value("Wireframe", "Fac", "in pixels" if pixels else "", {"Size": 2.0 if pixels else 0.05}, use_pixel_size=pixels)
+    add_value("Bevel", "Normal", "", {"Radius": 0.1})
+    add_value("AmbientOcclusion", "AO")
+    for kind in items("VectorTransform", "vector_type"):
+        for source in items("VectorTransform", "convert_from"):
+            for target in items("VectorTransform", "convert_to"):
+                add_value("VectorTransform", "Vector", f"{kind} {source} {target}", {"Vector": (0.3, -0.4, 0.8)},
+                          vector_type=kind, convert_from=source, convert_to=target)  # fmt: skip
+
+    @case("LightPath", "Is Diffuse Ray seen by a diffuse shader")
+    def diffuse_ray(tree, _thing):
+        path = shader(tree, "LightPath").outputs["Is Camera Ray"]
+        return shader(tree, "BsdfDiffuse", {"Color": path}).outputs[0]
+
+
+def add_normals():
+    def bumped(inputs, **properties):
+        def build(tree, _thing):
+            coordinates = shader(tree, "TexCoord").outputs["Object"]
+            waves = shader(tree, "TexWave", {"Vector": coordinates, "Scale": 1.5})
+            height = next(output for output in waves.outputs if output.type == "VALUE")
+            node = shader(tree, "Bump", {"Height": height, **inputs}, **properties)
+            return shader(tree, "BsdfDiffuse", {"Normal": node.outputs[0]}).outputs[0]
+
+        return build
+
+    k_cases.append(("Bump", "strength 0.4", bumped({"Strength": 0.4, "Distance": 0.1})))
+    k_cases.append(("Bump", "strength 1", bumped({"Strength": 1.0, "Distance": 0.1})))
+    k_cases.append(("Bump", "inverted", bumped({"Strength": 1.0, "Distance": 0.1}, invert=True)))
+    for space in items("NormalMap", "space"):
+        for strength in (1.0, 0.4):
+
+            def normal_map(tree, _thing, space=space, strength=strength):
+                node = shader(tree, "NormalMap", {"Color": (0.7, 0.4, 0.9, 1.0), "Strength": strength}, space=space)
+                return shader(tree, "BsdfDiffuse", {"Normal": node.outputs[0]}).outputs[0]
+
+            k_cases.append(("NormalMap", f"{space} strength {strength}", normal_map))
+
+    @case("NormalMap", "as a value")
+    def value(tree, _thing):
+        node = shader(tree, "NormalMap", {"Color": (0.7, 0.4, 0.9, 1.0)})
+        return emitted(tree, node.outputs[0])
+
+
+def add_images():
+    for projection in items("TexImage", "projection"):
+        for interpolation in items("TexImage", "interpolation"):
+            for extension in items("TexImage", "extension") if projection == "FLAT" else ("REPEAT",):
+
+                def image(tree, _thing, projection=projection, interpolation=interpolation, extension=extension):
+                    coordinates = shader(tree, "TexCoord").outputs["UV" if projection == "FLAT" else "Object"]
+                    larger = shader(tree, "Mapping", {"Vector": coordinates, "Scale": (1.7, 1.7, 1.7)}).outputs[0]
+                    node = shader(tree, "TexImage", {"Vector": larger}, projection=projection,
+                                  interpolation=interpolation, extension=extension, projection_blend=0.3)  # fmt: skip
+                    node.image = bpy.data.images["pattern"]
+                    return shader(tree, "Emission", {"Color": node.outputs[0]}).outputs[0]
+
+                k_cases.append(("TexImage", f"{projection} {interpolation} {extension}", image))
+    for image_name in ("pattern", "float pattern", "non-color"):
+        for output in ("Color", "Alpha"):
+
+            def image(tree, _thing, image_name=image_name, output=output):
+                node = shader(tree, "TexImage")
+                node.image = bpy.data.images[image_name]
+                return shader(tree, "Emission", {"Color": node.outputs[output]}).outputs[0]
+
+            k_cases.append(("TexImage", f"{image_name}.{output}", image))
+    for projection in items("TexEnvironment", "projection"):
+        for interpolation in items("TexEnvironment", "interpolation"):
+
+            def environment(tree, _thing, projection=projection, interpolation=interpolation):
+                normal = shader(tree, "NewGeometry").outputs["Normal"]
+                node = shader(tree, "TexEnvironment", {"Vector": normal}, projection=projection, interpolation=interpolation)
+                node.image = bpy.data.images["pattern"]
+                return shader(tree, "Emission", {"Color": node.outputs[0]}).outputs[0]
+
+            k_cases.append(("TexEnvironment", f"{projection} {interpolation}", environment))
+    for sky_type in items("TexSky", "sky_type"):
+
+        def sky(tree, _thing, sky_type=sky_type):
+            normal = shader(tree, "NewGeometry").outputs["Normal"]
+            node = shader(tree, "TexSky", sky_type=sky_type)
+            if hasattr(node, "sun_disc"):
+                node.sun_disc = False
+            tree.links.new(normal, node.inputs["Vector"])
+            return shader(tree, "Emission", {"Color": node.outputs[0], "Strength": 0.1}).outputs[0]
+
+        k_cases.append(("TexSky", sky_type, sky))
+
+    @case("TexIES", "INTERNAL")
+    def profile(tree, _thing):
+        text = bpy.data.texts.get("profile") or bpy.data.texts.new("profile")
+        text.from_string(k_profile)
+        normal = shader(tree, "NewGeometry").outputs["Normal"]
+        node = shader(tree, "TexIES", {"Vector": normal, "Strength": 0.1}, mode="INTERNAL")
+        node.ies = text
+        return emitted(tree, node.outputs[0])
+
+
+k_profile = """IESNA:LM-63-1995
+TILT=NONE
+1 1000 1.0 7 4 1 2 0 0 0
+1.0 1.0 100
+0 30 60 90 120 150 180
+0 30 60 90
+100 90 70 20 10 5 3
+100 80 60 30 15 5 3
+100 70 50 40 20 5 3
+100 60 40 50 25 5 3
+"""
+
+
+def add_groups():
+    def nested(tree, depth, source):
+        """A group in a group that scales a colour by 0.8 at each level."""
+        if depth == 0:
+            return source
+        group = bpy.data.node_groups.new(f"level {depth}", "ShaderNodeTree")
+        if hasattr(group, "interface"):
+            group.interface.new_socket("In", in_out="INPUT", socket_type="NodeSocketColor")
+            group.interface.new_socket("Out", in_out="OUTPUT", socket_type="NodeSocketColor")
+        else:
+            group.inputs.new("NodeSocketColor", "In")
+            group.outputs.new("NodeSocketColor", "Out")
+        begin, end = group.nodes.new("NodeGroupInput"), group.nodes.new("NodeGroupOutput")
+        scaled = shader(group, "VectorMath", operation="MULTIPLY")
+        scaled.inputs[1].default_value = (0.8, 0.8, 0.8)
+        group.links.new(begin.outputs[0], scaled.inputs[0])
+        reroute = group.nodes.new("NodeReroute")
+        group.links.new(scaled.outputs[0], reroute.inputs[0])
+        group.links.new(nested(group, depth - 1, reroute.outputs[0]), end.inputs[0])
+        node = tree.nodes.new("ShaderNodeGroup")
+        node.node_tree = group
+        tree.links.new(source, node.inputs[0])
+        return node.outputs[0]
+
+    for depth in (1, 2, 6):
+
+        def groups(tree, _thing, depth=depth):
+            source = shader(tree, "NewGeometry").outputs["Normal"]
+            return emitted(tree, nested(tree, depth, source))
+
+        k_cases.append(("Group", f"{depth} deep", groups))
+
+    @case("Group", "muted node")
+    def muted(tree, _thing):
+        source = shader(tree, "NewGeometry").outputs["Normal"]
+        node = shader(tree, "Gamma", {"Color": source, "Gamma": 3.0})
+        node.mute = True
+        return emitted(tree, node.outputs[0])
+
+    @case("Group", "muted link")
+    def muted_link(tree, _thing):
+        node = shader(tree, "Gamma", {"Color": (0.2, 0.5, 0.3, 1.0), "Gamma": 2.0})
+        link = tree.links.new(shader(tree, "NewGeometry").outputs["Normal"], node.inputs[0])
+        link.is_muted = True
+        return emitted(tree, node.outputs[0])
+
+
+def surface_cases():
+    """[(node, label, build)] in a fixed order."""
+    k_cases.clear()
+    add_simple_shaders()
+    add_mixes()
+    add_principled()
+    add_inputs()
+    add_normals()
+    add_images()
+    add_groups()
+    return list(k_cases)

@@ -10,6 +10,7 @@
 #include "engine/cli/interruption.h"
 #include "engine/cli/progress_line.h"
 #include "engine/cli/scene_run.h"
+#include "engine/cli/technique_pictures.h"
 #include "engine/description/scene_file.h"
 #include "engine/film/picture_writer.h"
 
@@ -21,7 +22,7 @@ using description::Settings;
 
 struct RenderOptions {
   SceneChoices choices;
-  std::string output, checkpoint, fallback_folder;
+  std::string output, checkpoint, fallback_folder, techniques;
   bool quiet = false, resume = false;
 };
 
@@ -88,6 +89,15 @@ int render(const RenderOptions& options) {
       say(loaded.error());
       return 1;
     }
+  std::shared_ptr<TechniquePictures> techniques;
+  if (!options.techniques.empty()) {
+    if (settings->integrator == "PT") {
+      say("--techniques: PT does not tell its techniques apart; choose an integrator of the bidirectional family");
+      return 2;
+    }
+    techniques = std::make_shared<TechniquePictures>(settings->width, settings->height);
+    run.session().observe(techniques);
+  }
   ProgressLine line(stderr);
   const RenderOutcome outcome = run.render(*settings, [&] {
     if (!options.quiet) line.show(run.session().progress());
@@ -105,6 +115,11 @@ int render(const RenderOptions& options) {
     return cancelled ? k_interrupted : 1;
   }
   bool good = save(view_of(picture, options, *scene, *settings, outcome), options);
+  if (techniques)
+    if (Status written = techniques->write(options.techniques, outcome.samples, settings->exposure); !written) {
+      say(written.error());
+      good = false;
+    }
   if (!options.checkpoint.empty())
     if (Status saved = run.session().save_checkpoint(options.checkpoint); !saved) {
       say(saved.error());
@@ -137,6 +152,9 @@ Command add_render_command(CLI::App& program) {
   app->add_option(
       "--fallback-dir", options->fallback_folder,
       "Where the picture goes if it cannot be written to its place; default: the system's temporary folder");
+  app->add_option("--techniques", options->techniques,
+                  "Folder for pictures of what each technique contributes: by path length and numbers of vertices "
+                  "(s, t), weighted and not, as PNG contact sheets and EXR, and the shares of merging and connection");
   app->add_flag("--quiet", options->quiet, "Print errors only");
   return {app, [options] { return render(*options); }};
 }

@@ -8,7 +8,7 @@
 
 #include "engine/base/cancel.h"
 #include "engine/film/film.h"
-#include "engine/path/technique.h"
+#include "engine/path/contribution.h"
 #include "engine/sampling/filter.h"
 #include "engine/scene/scene.h"
 
@@ -35,19 +35,6 @@ struct PathEstimate {
   float transparency = 0.0f;  ///< share of the sample that saw the (transparent) film behind the scene
 };
 
-/// Sees every contribution of the bidirectional family before it is summed: for debugging light transport. Called by
-/// several threads.
-class ContributionObserver {
- public:
-  virtual ~ContributionObserver() = default;
-  /// @param raster_px where on the full frame; a camera sample's pixel centre
-  /// @param contribution unweighted; what a sample of the pixel (light tracing: all that one light path a pixel adds
-  ///        per px²) gets, exposure not applied
-  /// @param vertices n of technique.h  @param camera_vertices of them made by the camera walk (merging: i)
-  virtual void on_contribution(const Vec2& raster_px, const Color& contribution, float weight, Technique technique,
-                               int vertices, int camera_vertices) = 0;
-};
-
 struct IntegratorSettings {
   uint32_t seed = 0;
   BounceLimits bounces;
@@ -64,7 +51,7 @@ struct IntegratorSettings {
   float merge_alpha = 0.75f;      ///< radius of pass k: times k^((alpha - 1) / 2); 1: fixed
   int shared_light_paths = 16;    ///< VPL: light paths of a pass, which all pixels share
   float clamp_connection = 0.0f;  ///< VPL: largest sum of R, G, B that one connection adds; 0: no clamping
-  std::shared_ptr<ContributionObserver> observer;
+  std::shared_ptr<ContributionObserver> observer;  ///< null: nobody looks
   int threads = 0;  ///< for work between passes that the session does not hand out; 0: all
   /// The kernel to use; must cover the scene's profile. A test renders with both and compares.
   KernelProfile profile = KernelProfile::solid;

@@ -44,6 +44,11 @@ struct EventSequence {
     if (count < 16) bits |= static_cast<uint64_t>(event & 15u) << (4 * count);
     ++count;
   }
+  /// Appends `events` of a light walk (LightVertex::events), `more` of them.
+  void append_packed(uint64_t events, int more) {
+    if (count < 16) bits |= events << (4 * count);
+    count += more;
+  }
   /// Event number i from the camera, 0 the first.
   uint8_t operator[](int i) const { return i < 16 ? (bits >> (4 * i)) & 15u : 0; }
 };

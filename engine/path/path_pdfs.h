@@ -36,9 +36,9 @@ enum PathVertexFlag : uint8_t {
 class PathPdfs {
  public:
   /// Makes room for vertices 1..n; keeps what there is.
-  void reserve(int n) {
-    if (static_cast<int>(camera.size()) > n) return;
-    const size_t size = static_cast<size_t>(n) + 32;
+  void reserve(int vertices) {
+    if (static_cast<int>(camera.size()) > vertices) return;
+    const size_t size = static_cast<size_t>(vertices) + 32;
     camera.resize(size);
     light.resize(size);
     flags.resize(size);

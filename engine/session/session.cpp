@@ -95,6 +95,7 @@ struct Run {
   int64_t epoch = 0;
   description::SceneDescription scene;
   double update_s = 0.0;  ///< what the transactions before it took to apply
+  std::shared_ptr<ContributionObserver> observer;
   CancelFlag cancel;
   Clock::time_point start = Clock::now();
 
@@ -113,6 +114,7 @@ struct Session::State {
   SceneBuilder builder;  ///< used by one build at a time: the one in `building`, if that is valid
   std::future<void> building;
   std::string checkpoint_to_load;
+  std::shared_ptr<ContributionObserver> observer;
   double update_s = 0.0;  ///< since the last start()
 
   mutable std::mutex mutex;
@@ -234,7 +236,8 @@ RenderOutcome Session::State::render(const std::shared_ptr<Run>& run_pointer) {
 
   Result<std::shared_ptr<Film>> film = Film::create(film_settings(settings, **scene));
   if (!film) return fail(film.error());
-  const IntegratorSettings integrator_options = integrator_settings(settings, **scene);
+  IntegratorSettings integrator_options = integrator_settings(settings, **scene);
+  integrator_options.observer = of.observer;
   Result<std::unique_ptr<Integrator>> integrator = make_integrator(settings.integrator, *scene, integrator_options);
   if (!integrator) return fail(integrator.error());
   if (!checkpoint_to_load.empty()) {
@@ -296,11 +299,14 @@ void Session::apply(description::Transaction transaction) {
 
 const description::SceneDescription& Session::scene() const { return state_->description; }
 
+void Session::observe(std::shared_ptr<ContributionObserver> observer) { state_->observer = std::move(observer); }
+
 void Session::start(int64_t epoch) {
   state_->stop_and_wait();
   auto run = std::make_shared<Run>();
   run->epoch = epoch;
   run->scene = state_->description;
+  run->observer = state_->observer;
   run->update_s = std::exchange(state_->update_s, 0.0);
   {
     const std::lock_guard lock(state_->mutex);

@@ -19,6 +19,7 @@
 namespace lambent {
 
 class Engine;
+class ContributionObserver;
 
 /// The newest pixels of one tile, normalised by their sample counts.
 struct TileSnapshot {
@@ -93,6 +94,10 @@ class Session {
   /// Applies edits to the description (cheap: values are shared). A running render keeps its own snapshot.
   void apply(description::Transaction transaction);
   const description::SceneDescription& scene() const;
+
+  /// Shows every contribution of the bidirectional integrators' next renders to `observer` (path/contribution.h), for
+  /// debugging light transport; null: nobody looks, which costs nothing.
+  void observe(std::shared_ptr<ContributionObserver> observer);
 
   /// Builds what changed and renders, in the background; supersedes a running render (which ends as cancelled).
   void start(int64_t epoch);

@@ -99,11 +99,27 @@ float Kernel<profile>::share_within_limits(const EventCounts& before, const Even
 }
 
 template <KernelProfile profile>
-void Kernel<profile>::add(const Color& contribution, Technique technique, float weight, bool indirect) {
-  if (settings_.observer)
-    settings_.observer->on_contribution(
-        {static_cast<float>(pixel_x_) + 0.5f, static_cast<float>(pixel_y_) + 0.5f}, contribution, weight, technique,
-        pdfs_.n, technique == Technique::connection || technique == Technique::merging ? m_ + 1 : pdfs_.n);
+uint8_t Kernel<profile>::likeliest_event(const Bsdf& bsdf, const Vec3& wi, const Vec3& wo) {
+  const EventShares shares = bsdf.event_shares(wi, wo);
+  if (shares.transmission > shares.diffuse + shares.glossy) return k_scatter_glossy | k_scatter_transmission;
+  return shares.glossy > shares.diffuse ? k_scatter_glossy : k_scatter_diffuse;
+}
+
+template <KernelProfile profile>
+void Kernel<profile>::add(const Color& contribution, Technique technique, float weight, LightIndex light,
+                          bool indirect) {
+  if (settings_.observer) {
+    const bool joined = technique == Technique::connection || technique == Technique::merging;
+    settings_.observer->on_contribution({{static_cast<float>(pixel_x_) + 0.5f, static_cast<float>(pixel_y_) + 0.5f},
+                                         contribution,
+                                         weight,
+                                         technique,
+                                         pdfs_.n,
+                                         joined ? m_ + 1 : pdfs_.n,
+                                         events_,
+                                         light,
+                                         first_instance_});
+  }
   const Color weighted = contribution * weight;
   const float limit = indirect ? settings_.clamp_indirect : settings_.clamp_direct;
   if (limit > 0.0f) {
@@ -184,7 +200,7 @@ void Kernel<profile>::add_lamps(const Ray& ray, float t_end) {
         const float weight =
             emission_weight(hit.light, hit.n_light_world, ray.direction, hit.distance_m, hit.uv, *hit.traits);
         if (weight > 0.0f)
-          add(throughput_ * scene_.light_radiance(hit, path_counts()), Technique::emission_hit, weight,
+          add(throughput_ * scene_.light_radiance(hit, path_counts()), Technique::emission_hit, weight, hit.light,
               bounces_.total > 1);
       });
 }
@@ -200,7 +216,8 @@ void Kernel<profile>::add_background(const Vec3& direction) {
     if (bounces_.total > hit.traits->max_bounces) return;
     const float weight = emission_weight(hit.light, hit.n_light_world, direction, k_infinity, hit.uv, *hit.traits);
     if (weight > 0.0f)
-      add(throughput_ * scene_.light_radiance(hit, path_counts()), Technique::emission_hit, weight, bounces_.total > 1);
+      add(throughput_ * scene_.light_radiance(hit, path_counts()), Technique::emission_hit, weight, hit.light,
+          bounces_.total > 1);
   });
 }
 
@@ -210,13 +227,14 @@ void Kernel<profile>::add_surface_emission(const SurfaceHit& hit, const SurfaceB
   if (is_black(emission) || !(pass_.set.emission || only_delta_)) return;
   pdfs_.n = m_;
   float weight = 1.0f;
+  LightIndex light = k_no_light;
   if (m_ > 0 && binding.samples_emission) {
-    const LightIndex light = scene_.light_at(hit);
+    light = scene_.light_at(hit);
     const Vec3 n_light = dot(hit.ng_world, direction) > 0.0f ? -hit.ng_world : hit.ng_world;
     if (light != k_no_light)
       weight = emission_weight(light, n_light, direction, distance, hit.barycentric, scene_.lights().traits(light));
   }
-  if (weight > 0.0f) add(throughput_ * emission, Technique::emission_hit, weight, bounces_.total > 1);
+  if (weight > 0.0f) add(throughput_ * emission, Technique::emission_hit, weight, light, bounces_.total > 1);
 }
 
 // --- Techniques at a vertex of the camera walk ---------------------------------------------------------------------
@@ -272,7 +290,10 @@ void Kernel<profile>::next_event(const Here& here) {
     if (is_black(contribution)) return;
   }
   pdfs_.n = here.i;
-  add(contribution, Technique::next_event, weight, bounces_.total > 0);
+  const EventSequence walked = events_;
+  if (settings_.observer) events_.append(likeliest_event(here.bsdf, here.point.wi_world, light.direction_world));
+  add(contribution, Technique::next_event, weight, light.light, bounces_.total > 0);
+  events_ = walked;
 }
 
 template <KernelProfile profile>
@@ -332,7 +353,15 @@ void Kernel<profile>::connect(const Here& here, const LightWalk& walk, float sca
         offset_origin(vertex.surface.p_world, vertex.surface.p_error, vertex.surface.ng_world, -direction);
     contribution *=
         visibility(segment(origin, target, kind & k_visible_all), kind, before.transparent + vertex.counts.transparent);
-    if (!is_black(contribution)) add(contribution, Technique::connection, weight, true);
+    if (is_black(contribution)) continue;
+    const EventSequence walked = events_;
+    if (settings_.observer) {
+      events_.append(likeliest_event(here.bsdf, here.point.wi_world, direction));
+      events_.append(likeliest_event(vertex.bsdf, vertex.wi_world, -direction));
+      events_.append_packed(vertex.events, vertex.depth - 1);
+    }
+    add(contribution, Technique::connection, weight, walk.light(), true);
+    events_ = walked;
   }
 }
 
@@ -388,7 +417,15 @@ void Kernel<profile>::merge(const Here& here, const Sampler& sampler, uint32_t e
       pdfs_.light_conditional = record->previous_per_solid_angle;
       weight = weigh(pdfs_, Technique::merging, here.i, reach_);
     }
-    if (weight > 0.0f) add(contribution, Technique::merging, weight, true);
+    if (!(weight > 0.0f)) return;
+    const EventSequence walked = events_;
+    if (settings_.observer) {
+      events_.append(likeliest_event(here.bsdf, here.point.wi_world, wi));
+      events_.count += depth - 1;  // photons do not keep theirs
+    }
+    while (settings_.observer && record->depth != 0) --record;
+    add(contribution, Technique::merging, weight, record->depth == 0 ? record->light : k_no_light, true);
+    events_ = walked;
   });
 }
 
@@ -431,9 +468,14 @@ void Kernel<profile>::connect_to_lens(const LightWalk& walk, const LightVertex& 
   const Ray ray{origin, 0.0f, lens.direction_world, lens.t_visible_m, k_visible_camera};
   contribution *= visibility(ray, k_ray_camera, vertex.counts.transparent);
   if (is_black(contribution)) return;
-  if (settings_.observer)
-    settings_.observer->on_contribution(lens.raster_px, contribution / pass_.counts.light_paths, weight,
-                                        Technique::light_tracing, lens_pdfs_.n, 0);
+  if (settings_.observer) {
+    EventSequence events;
+    events.append(likeliest_event(vertex.bsdf, vertex.wi_world, lens.direction_world));
+    events.append_packed(vertex.events, vertex.depth - 1);
+    settings_.observer->on_contribution({lens.raster_px, contribution / pass_.counts.light_paths, weight,
+                                         Technique::light_tracing, lens_pdfs_.n, 0, events, walk.light(),
+                                         vertex.surface.instance});
+  }
   contribution *= weight * settings_.exposure;
   if (settings_.clamp_direct > 0.0f || settings_.clamp_indirect > 0.0f) {
     const float limit = (vertex.depth > 1 ? settings_.clamp_indirect : settings_.clamp_direct) *
@@ -506,6 +548,8 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
   m_ = 0;
   pixel_x_ = x;
   pixel_y_ = y;
+  first_instance_ = ~0u;
+  events_ = {};
   distance_before_ = 0.0f;
   only_transparent_ = only_delta_ = true;
   pdfs_.n = 0;
@@ -546,7 +590,10 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
         if (bounces_.ray_kind & k_ray_diffuse)
           bsdf.drop_glossy(!settings_.caustics_reflective, !settings_.caustics_refractive);
       }
-      if (m_ == 0) bsdf.set_least_share(k_camera_least_share);
+      if (m_ == 0) {
+        bsdf.set_least_share(k_camera_least_share);
+        first_instance_ = hit.instance;
+      }
       if (program.traits().emits) add_surface_emission(hit, binding, ray.direction, distance, bsdf.emission());
       if (bsdf.empty()) break;
       const EventNumbers numbers(sampler, event_index);
@@ -582,6 +629,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
         if (!pass_.set.camera_scatters && !delta) break;
         if (i > 1) pdfs_.light[i - 1] = scattered.pdf_reverse_solid_angle * here.previous_per_solid_angle;
         pdfs_.flags[i] = static_cast<uint8_t>((delta ? 0 : k_connectible) | light_flags);
+        events_.append(scattered.event);
         m_ = i;
         only_delta_ = only_delta_ && delta;
         last_ = {hit.p_world, point.ng_world, here.receiver_normal, scattered.pdf_solid_angle, !delta};

@@ -84,7 +84,9 @@ class Kernel {
                             const EventShares* at_light) const;
   bool limits_are_near(const EventCounts& before, const EventCounts& light_side, int more) const;
 
-  void add(const Color& contribution, Technique technique, float weight, bool indirect);
+  void add(const Color& contribution, Technique technique, float weight, LightIndex light, bool indirect);
+  /// For observers: the likeliest kind of event for a pair of directions.
+  static uint8_t likeliest_event(const Bsdf& bsdf, const Vec3& wi, const Vec3& wo);
   Color visibility(const Ray& ray, uint32_t ray_kind, int transparent_before);
   EventCounts counts() const {
     return {bounces_.total, bounces_.diffuse, bounces_.glossy, bounces_.transmission, bounces_.transparent};
@@ -114,6 +116,8 @@ class Kernel {
   MergeReach reach_;
   int m_ = 0;  ///< scattering vertices so far
   int pixel_x_ = 0, pixel_y_ = 0;
+  uint32_t first_instance_ = ~0u;
+  EventSequence events_;          ///< at x_1 ... x_m; with an observer, while a technique works, also of what it joins
   float distance_before_ = 0.0f;  ///< from x_m to the present ray's origin, through transparent surfaces
   bool only_transparent_ = true, only_delta_ = true;
 };

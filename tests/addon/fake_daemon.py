@@ -139,7 +139,7 @@ class Session(threading.Thread):
                 "version": "fake",
                 "session": self.number,
                 "proof": messages.daemon_proof(self.token, nonce, hello["nonce"]),
-                "capabilities": {"integrators": ["PT"], "shared_memory": True, "limits": {}},
+                "capabilities": {"integrators": ["PT", "VCM"], "shared_memory": True, "limits": {}},
             }
         )
         while True:

@@ -150,6 +150,31 @@ render()
     assert (own["samples"], own["pixel_filter"], own["filter_width_px"], own["max_bounces"]) == (5, "GAUSSIAN", 2, 3)
 
 
+def test_integrators_and_their_settings_travel_and_the_daemons_are_offered(run_blender):
+    run = run_blender(
+        """
+from lambent.ui import integrator_menus
+print('before', [name for name, _ in integrator_menus.offered()])
+render()
+print('after', [name for name, _ in integrator_menus.offered()])
+chosen = scene.lambent
+chosen.integrator, chosen.merge_radius, chosen.merge_alpha = 'VCM', 3.5, 1.0
+chosen.shared_light_paths, chosen.clamp_connection = 64, 2.5
+render()
+chosen.preview_integrator = 'PPM'
+print('numbers', [item.value for item in chosen.bl_rna.properties['integrator'].enum_items])
+"""
+    )
+    default, own = (run.values("settings", count)["render"] for count in (1, 2))
+    assert (default["integrator"], default["merge_radius_px"], default["merge_alpha"]) == ("PT", 2, 0.75)
+    assert (default["shared_light_paths"], default["clamp_connection"]) == (16, 0)
+    assert (own["integrator"], own["merge_radius_px"], own["merge_alpha"]) == ("VCM", 3.5, 1)
+    assert (own["shared_light_paths"], own["clamp_connection"]) == (64, 2.5)
+    assert "before ['PT', 'LT', 'VPL', 'BPT', 'PPM', 'BPM', 'VCM']" in run.output
+    assert "after ['PT', 'VCM']" in run.output
+    assert "numbers [0, 1, 2, 3, 4, 5, 6]" in run.output  # files keep these
+
+
 def test_the_status_line_serves_the_farms(run_blender):
     import re
 

@@ -220,6 +220,7 @@ shown[0].data.materials.append(material)
 for kind in ('POINT', 'SPOT', 'SUN', 'AREA'): shown.append(add(kind, bpy.data.lights.new(kind, kind)))
 shown.append(scene.camera)
 scene.cycles.samples = 77
+scene.lambent.integrator, scene.lambent.preview_integrator = 'VPL', 'VCM'
 report.store(scene.name, [{'severity': 'warning', 'code': 'unsupported', 'object': 'x', 'text': 'x: something'}])
 def properties(): return next(area for area in window().screen.areas if area.type == 'PROPERTIES').spaces.active
 def show(ob, tab):

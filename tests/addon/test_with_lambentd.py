@@ -54,6 +54,34 @@ def test_an_emitting_wall_fills_the_picture_with_its_radiance(run_real, tmp_path
     assert np.allclose(np.load(tmp_path / "wall.npy"), [0.75, 1.5, 3.0, 1.0], rtol=1e-5)
 
 
+def test_every_integrator_renders_a_wall_lit_by_a_panel_alike(run_real, tmp_path):
+    run = run_real(
+        """
+wall, nodes, links = node_material('wall')
+links.new(nodes.new('ShaderNodeBsdfDiffuse').outputs[0], nodes.new('ShaderNodeOutputMaterial').inputs['Surface'])
+ob = add_mesh('wall', [(-9, -9, -4), (9, -9, -4), (9, 9, -4), (-9, 9, -4)], [(0, 1, 2, 3)])
+ob.data.materials.append(wall)
+lamp = bpy.data.lights.new('panel', 'AREA')
+lamp.size, lamp.energy = 4.0, 300.0
+add('panel', lamp).location = (0, 0, 2)
+scene.lambent.samples = 64
+for name in ('PT', 'LT', 'VPL', 'BPT', 'PPM', 'BPM', 'VCM'):
+    scene.lambent.integrator = name
+    print(name, render())
+    save(name)
+"""
+    )
+    assert run.output.count("{'FINISHED'}") == 7, run.output
+    pictures = {name: np.load(tmp_path / f"{name}.npy")[..., :3] for name in ("PT", "LT", "VPL", "BPT", "PPM", "BPM", "VCM")}
+    brightness = pictures["PT"].mean()
+    assert brightness > 0.1
+    # The light falls off smoothly, so what differs from a neighbourhood's mean bounds the noise of a pixel from above.
+    deviation = {name: (picture - pictures["PT"]).std() for name, picture in pictures.items()}
+    for name, picture in pictures.items():
+        error = deviation[name] / np.sqrt(picture[..., 0].size)
+        assert abs(picture.mean() - brightness) <= 5 * error + 1e-6, name
+
+
 @pytest.mark.parametrize(
     "camera",
     [

@@ -68,7 +68,7 @@ def transport(scene, bounces):
     limits = ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "transparent_max_bounces")
     for name in limits:
         setattr(scene.cycles, name, bounces)
-    for name in ("sample_clamp_direct", "sample_clamp_indirect", "blur_glossy", "light_sampling_threshold"):
+    for name in ("sample_clamp_direct", "sample_clamp_indirect", "blur_glossy"):
         setattr(scene.cycles, name, 0.0)
     scene.cycles.caustics_reflective = scene.cycles.caustics_refractive = True
     scene.cycles.use_adaptive_sampling = False

@@ -78,7 +78,7 @@ def main():
     )  # fmt: skip
 
     blocks.light(
-        scene, "AREA", "Lamp", 900.0, (1.7, 3.6, 2.0), (-2.0, 3.9, 1.2), (1.0, 0.86, 0.62), shape="RECTANGLE", size=0.6, size_y=0.6
+        scene, "AREA", "Lamp", 4500.0, (1.7, 3.6, 2.0), (-2.0, 3.9, 1.2), (1.0, 0.86, 0.62), shape="RECTANGLE", size=0.6, size_y=0.6
     )
     blocks.world(scene)
     blocks.camera(scene, (-0.55, -2.5, 1.5), (0.02, 0.6, 0.98), 26.0)

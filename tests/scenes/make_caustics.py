@@ -2,6 +2,7 @@
 """Glass and metal on a matte table under a lamp of 5 cm: reflected and refracted caustics, some of them seen through glass
 and in a mirror."""
 
+import math
 import pathlib
 import sys
 
@@ -40,7 +41,10 @@ def main():
     backing = blocks.place(scene, blocks.box("Frame", (0.37, 0.012, 0.33)), frame)
     backing.parent, backing.location = mirror, (0.0, 0.008, 0.0)
 
-    blocks.light(scene, "POINT", "Lamp", 14.0, (-0.62, 0.28, 0.85), color=(1.0, 0.9, 0.76), shadow_soft_size=0.025)
+    blocks.light(
+        scene, "SPOT", "Lamp", 18.0, (-0.62, 0.28, 0.85), (0.04, -0.06, 0.0), (1.0, 0.9, 0.76), shadow_soft_size=0.025,
+        spot_size=math.radians(75), spot_blend=0.3,
+    )  # fmt: skip
     blocks.world(scene, (0.6, 0.7, 1.0), 0.03)
     blocks.camera(scene, (0.12, -1.05, 0.62), (0.02, -0.04, 0.075), 40.0)
     blocks.transport(scene, 12)

@@ -51,14 +51,14 @@ def main():
     scene = blocks.begin()
     bench = blocks.diffuse("Bench", (0.42, 0.40, 0.37))
     wall = blocks.diffuse("Wall", (0.55, 0.54, 0.52))
-    blocks.place(scene, blocks.quad("Bench", [(-1.2, -1.2, 0), (0.85, -1.2, 0), (0.85, 0.6, 0), (-1.2, 0.6, 0)]), bench)
-    blocks.place(scene, blocks.quad("Right wall", [(0.85, 0.6, 0), (0.85, -1.2, 0), (0.85, -1.2, 1.4), (0.85, 0.6, 1.4)]), wall)
-    blocks.place(scene, blocks.quad("Back wall", [(-1.2, 0.6, 0), (0.85, 0.6, 0), (0.85, 0.6, 1.4), (-1.2, 0.6, 1.4)]), wall)
+    blocks.place(scene, blocks.quad("Bench", [(-1.2, -1.2, 0), (0.5, -1.2, 0), (0.5, 0.38, 0), (-1.2, 0.38, 0)]), bench)
+    blocks.place(scene, blocks.quad("Right wall", [(0.5, 0.38, 0), (0.5, -1.2, 0), (0.5, -1.2, 1.4), (0.5, 0.38, 1.4)]), wall)
+    blocks.place(scene, blocks.quad("Back wall", [(-1.2, 0.38, 0), (0.5, 0.38, 0), (0.5, 0.38, 1.4), (-1.2, 0.38, 1.4)]), wall)
 
     mirror, rim = paraboloid()
     chrome = blocks.metal("Reflector", (0.93, 0.93, 0.94), 0.0)
-    # The axis of the lamp is its local z; here it points along +x, a little down and towards the camera.
-    body = blocks.place(scene, mirror, chrome, (-0.30, 0.12, 0.17), (0, 93, -14))
+    # The axis of the lamp is its local z; here it points along +x, a little down and away from the camera.
+    body = blocks.place(scene, mirror, chrome, (-0.30, 0.12, 0.17), (0, 91, 10))
     clear = blocks.glass("Glass", 1.5)
     parts = (
         ("Cover", cover(), clear, (0, 0, rim + 0.004)),
@@ -72,12 +72,12 @@ def main():
         part.parent, part.location = body, at
     iron = blocks.principled("Stand", Base_Color=(0.05, 0.05, 0.05), Roughness=0.4)
     blocks.place(scene, blocks.lathe("Stand", [(0.0, 0.0), (0.09, 0.0), (0.09, 0.012), (0.012, 0.02), (0.012, 0.09), (0.0, 0.09)], 64), iron, (-0.30, 0.12, 0.0))
-    for x, y, height, color in ((0.15, 0.02, 0.26, (0.6, 0.12, 0.05)), (0.38, -0.16, 0.16, (0.08, 0.3, 0.12))):
+    for x, y, height, color in ((0.12, 0.13, 0.20, (0.6, 0.12, 0.05)), (0.30, 0.02, 0.13, (0.08, 0.3, 0.12))):
         blocks.place(scene, blocks.lathe("Peg", [(0.0, 0.0), (0.035, 0.0), (0.03, height), (0.0, height)], 48, smooth=False), blocks.diffuse("Peg", color), (x, y, 0.0))
 
     blocks.light(scene, "AREA", "Fill", 1.6, (-0.2, -1.1, 1.3), (-0.2, 0, 0.1), (0.6, 0.75, 1.0), shape="SQUARE", size=0.5)
     blocks.world(scene, (0.5, 0.6, 1.0), 0.004)
-    blocks.camera(scene, (0.12, -0.60, 0.36), (0.0, 0.12, 0.155), 26.0)
+    blocks.camera(scene, (0.12, -0.60, 0.36), (0.06, 0.12, 0.165), 27.0)
     blocks.transport(scene, 24)
     blocks.finish(scene, 480, 360)
 

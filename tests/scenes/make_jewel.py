@@ -96,8 +96,8 @@ def main():
     lay(step_cut(0.30), emerald, (-0.92, 0.42), 180.0, 28.0)
     lay(brilliant(0.30), ruby, (0.82, 0.38), 180.0, 10.0)
 
-    blocks.light(scene, "POINT", "Lamp", 85.0, (-1.3, 1.2, 2.3), color=(1.0, 0.95, 0.88), shadow_soft_size=0.0)
-    blocks.world(scene, (0.7, 0.8, 1.0), 0.12)
+    blocks.light(scene, "POINT", "Lamp", 130.0, (-1.3, 1.2, 2.3), color=(1.0, 0.95, 0.88), shadow_soft_size=0.0)
+    blocks.world(scene, (0.7, 0.8, 1.0), 0.07)
     blocks.camera(scene, (0.0, -2.9, 1.75), (0.0, 0.08, 0.16), 50.0)
     blocks.transport(scene, 24)
     blocks.finish(scene, 480, 360)

@@ -20,6 +20,7 @@ _lock = threading.RLock()
 _owned_daemon = None
 _owned_daemon_answered = False
 _sessions = {}
+_offered_integrators = None
 
 
 class RenderSession:
@@ -92,6 +93,11 @@ def close_all():
             _owned_daemon = None
 
 
+def offered_integrators():
+    """The names of the integrators of the daemon that was connected last, or None before there was one."""
+    return _offered_integrators
+
+
 def describe_lost(error):
     """The text for a user of a ConnectionLost, with how our own daemon ended where it did."""
     with _lock:
@@ -101,7 +107,7 @@ def describe_lost(error):
 
 def _connect():
     """A new session; if our own daemon, which answered before, does not, with another one in its place."""
-    global _owned_daemon_answered
+    global _owned_daemon_answered, _offered_integrators
     name = f"lambent-addon {VERSION} / Blender {bpy.app.version_string}"
     address, token, local = _daemon()
     try:
@@ -113,6 +119,7 @@ def _connect():
         address, token, local = _daemon()
         client = Client(address, token, name)
     _owned_daemon_answered = _owned_daemon is not None
+    _offered_integrators = tuple(client.capabilities.get("integrators") or ()) or None
     return RenderSession(client, local)
 
 

@@ -25,6 +25,17 @@ _CYCLES_NAMES = {
     "caustics_refractive": "caustics_refractive",
     "preview_samples": "preview_samples",
 }
+# Settings that the wire calls as scene.lambent does.
+_SAME_NAMES = (
+    "clamp_direct",
+    "clamp_indirect",
+    "light_threshold",
+    "caustics_reflective",
+    "caustics_refractive",
+    "merge_alpha",
+    "shared_light_paths",
+    "clamp_connection",
+)
 # Cycles' box filter is one pixel wide whatever its width says.
 _BOX_WIDTH_PX = 1.0
 # Added to the seed for each frame where the seed is animated; odd and large, so that frames share no sequence.
@@ -67,6 +78,7 @@ def export_settings(edits, scene, view_layer, view, camera, world):
         "time_limit_s": effective(scene, prefix + "time_limit"),
         "noise_threshold": effective(scene, prefix + "noise_threshold"),
         "seed": effective(scene, "seed"),
+        "merge_radius_px": effective(scene, "merge_radius"),
         "film_transparent": scene.render.film_transparent,
         "exposure": effective(scene, "film_exposure"),
         "pixel_filter": effective(scene, "pixel_filter"),
@@ -79,7 +91,7 @@ def export_settings(edits, scene, view_layer, view, camera, world):
     }
     for name in ("max", "diffuse", "glossy", "transmission", "transparent", "volume"):
         value[f"{name}_bounces"] = effective(scene, f"{name}_bounces")
-    for name in ("clamp_direct", "clamp_indirect", "light_threshold", "caustics_reflective", "caustics_refractive"):
+    for name in _SAME_NAMES:
         value[name] = effective(scene, name)
     if view.region is not None:
         value["region"] = list(view.region)

@@ -3,9 +3,9 @@
 
 """Settings, preferences, panels and presets."""
 
-from . import blender_panels, compatible, engine_panels, preferences, presets, properties, scene_export
+from . import blender_panels, compatible, engine_panels, integrator_menus, preferences, presets, properties, scene_export
 
-_MODULES = (properties, preferences, presets, engine_panels, blender_panels, compatible, scene_export)
+_MODULES = (properties, preferences, presets, integrator_menus, engine_panels, blender_panels, compatible, scene_export)
 
 
 def register():

@@ -7,6 +7,7 @@ import bpy
 
 from ..render import report
 from ..sync import settings
+from . import integrator_menus, properties
 from .panel import LambentPanel, register_classes, unregister_classes
 
 
@@ -64,7 +65,7 @@ class LAMBENT_RENDER_PT_sampling(LambentPanel, bpy.types.Panel):
         self.layout.menu("LAMBENT_MT_render_presets", text="", icon="PRESET")
 
     def draw(self, context):
-        self.split_layout().prop(context.scene.lambent, "integrator")
+        integrator_menus.draw(self.layout, context.scene, "integrator")
 
 
 class LAMBENT_RENDER_PT_sampling_viewport(LambentPanel, bpy.types.Panel):
@@ -73,6 +74,7 @@ class LAMBENT_RENDER_PT_sampling_viewport(LambentPanel, bpy.types.Panel):
     bl_parent_id = "LAMBENT_RENDER_PT_sampling"
 
     def draw(self, context):
+        integrator_menus.draw(self.layout, context.scene, "preview_integrator")
         column = self.split_layout().column()
         draw_setting(column, context.scene, "preview_samples", "Samples")
         for name in ("preview_noise_threshold", "preview_time_limit"):
@@ -88,6 +90,41 @@ class LAMBENT_RENDER_PT_sampling_render(LambentPanel, bpy.types.Panel):
         column = self.split_layout().column()
         for name in ("samples", "noise_threshold", "time_limit"):
             draw_setting(column, context.scene, name)
+
+
+def _in_use(scene):
+    """The integrators that the scene renders with, finally and in the viewport."""
+    return {settings.effective(scene, prefix + "integrator") for prefix in ("", "preview_")}
+
+
+class LAMBENT_RENDER_PT_sampling_merging(LambentPanel, bpy.types.Panel):
+    bl_label = "Photon Merging"
+    bl_context = "render"
+    bl_parent_id = "LAMBENT_RENDER_PT_sampling"
+
+    @classmethod
+    def poll(cls, context):
+        return super().poll(context) and not _in_use(context.scene).isdisjoint(properties.MERGING)
+
+    def draw(self, context):
+        column = self.split_layout().column()
+        for name in ("merge_radius", "merge_alpha"):
+            column.prop(context.scene.lambent, name)
+
+
+class LAMBENT_RENDER_PT_sampling_virtual_lights(LambentPanel, bpy.types.Panel):
+    bl_label = "Virtual Point Lights"
+    bl_context = "render"
+    bl_parent_id = "LAMBENT_RENDER_PT_sampling"
+
+    @classmethod
+    def poll(cls, context):
+        return super().poll(context) and "VPL" in _in_use(context.scene)
+
+    def draw(self, context):
+        column = self.split_layout().column()
+        for name in ("shared_light_paths", "clamp_connection"):
+            column.prop(context.scene.lambent, name)
 
 
 class LAMBENT_RENDER_PT_sampling_advanced(LambentPanel, bpy.types.Panel):
@@ -226,6 +263,8 @@ _CLASSES = (
     LAMBENT_RENDER_PT_sampling,
     LAMBENT_RENDER_PT_sampling_viewport,
     LAMBENT_RENDER_PT_sampling_render,
+    LAMBENT_RENDER_PT_sampling_merging,
+    LAMBENT_RENDER_PT_sampling_virtual_lights,
     LAMBENT_RENDER_PT_sampling_advanced,
     LAMBENT_RENDER_PT_light_paths,
     LAMBENT_RENDER_PT_light_paths_max_bounces,

@@ -11,6 +11,7 @@ from bl_operators.presets import AddPresetBase
 _SUBDIRECTORY = "lambent/render"
 _BUNDLED = os.path.join(os.path.dirname(os.path.dirname(__file__)), "presets")
 _SAVED = (
+    "integrator",
     "samples",
     "time_limit",
     "noise_threshold",
@@ -25,6 +26,10 @@ _SAVED = (
     "light_threshold",
     "caustics_reflective",
     "caustics_refractive",
+    "merge_radius",
+    "merge_alpha",
+    "shared_light_paths",
+    "clamp_connection",
     "pixel_filter",
     "filter_width",
 )

@@ -6,7 +6,17 @@
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
 
-_INTEGRATORS = (("PT", "Path Tracing", "From the camera, with next event estimation and multiple importance sampling"),)
+# Files keep the number. What a daemon does not have is not offered (integrator_menus.py), but stays a valid value.
+INTEGRATORS = (
+    ("PT", "Path Tracing", "From the camera, with next event estimation and multiple importance sampling", 0),
+    ("LT", "Light Tracing", "From the lamps, connected to the lens: caustics seen directly, but nothing through glass", 1),
+    ("VPL", "Virtual Point Lights", "Light paths that all pixels share: smooth early, splotchy in corners", 2),
+    ("BPT", "Bidirectional Path Tracing", "From both ends: rooms lit indirectly, caustics", 3),
+    ("PPM", "Progressive Photon Mapping", "Photons gathered near what the camera sees: caustics through glass", 4),
+    ("BPM", "Bidirectional Photon Mapping", "Photons gathered along the whole camera path, weighted", 5),
+    ("VCM", "Vertex Connection and Merging", "Bidirectional path tracing and photon mapping in one: all light", 6),
+)
+MERGING = ("PPM", "BPM", "VCM")
 _FILTERS = (
     ("BOX", "Box", "A pixel's own samples only"),
     ("GAUSSIAN", "Gaussian", "Soft"),
@@ -55,9 +65,9 @@ def _clamp(name):
 class LambentSettings(bpy.types.PropertyGroup):
     """Settings of a scene. What was never set follows the scene's settings for Cycles (sync/settings.py)."""
 
-    integrator: EnumProperty(name="Integrator", description="How light is found", items=_INTEGRATORS, default="PT")
+    integrator: EnumProperty(name="Integrator", description="How light is found", items=INTEGRATORS, default="PT")
     preview_integrator: EnumProperty(
-        name="Viewport Integrator", description="How light is found in the viewport", items=_INTEGRATORS, default="PT"
+        name="Viewport Integrator", description="How light is found in the viewport", items=INTEGRATORS, default="PT"
     )
     samples: _samples(128, "of a render")
     preview_samples: _samples(32, "in the viewport")
@@ -89,6 +99,30 @@ class LambentSettings(bpy.types.PropertyGroup):
     )
     caustics_refractive: BoolProperty(
         name="Refractive Caustics", description="Light that transmissive surfaces cast on diffuse ones", default=True
+    )
+    merge_radius: FloatProperty(
+        name="Merge Radius",
+        description="How far photons are gathered from at first, in pixels where the camera sees first; 0 gathers none",
+        default=2.0,
+        min=0.0,
+        soft_max=10.0,
+    )
+    merge_alpha: FloatProperty(
+        name="Radius Reduction",
+        description="How slowly the radius shrinks from pass to pass: 1 keeps it, less makes pictures sharper and noisier",
+        default=0.75,
+        min=0.0,
+        max=1.0,
+    )
+    shared_light_paths: IntProperty(
+        name="Light Paths", description="Light paths of a pass that all pixels share", default=16, min=1, soft_max=1024, max=1 << 20
+    )
+    clamp_connection: FloatProperty(
+        name="Clamp Connections",
+        description="Largest value that one virtual light adds; hides splotches and loses light. 0 is off",
+        default=0.0,
+        min=0.0,
+        soft_max=100.0,
     )
     pixel_filter: EnumProperty(
         name="Pixel Filter", description="How samples are weighted into pixels", items=_FILTERS, default="BLACKMAN_HARRIS"

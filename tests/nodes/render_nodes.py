@@ -1,7 +1,7 @@
 """Renders node cases with Cycles and then with Lambent, in one run of Blender:
 blender -b --factory-startup --python tests/nodes/render_nodes.py -- job.json
 
-The job: {"daemon": path of lambentd, "out": folder, "kinds": ["value"..], "nodes": [names] or null for all, "every": n, "engines": [..]}.
+The job: {"daemon": path of lambentd, "out": folder, "kinds": ["value", "input" or "surface"..], "nodes": [names] or null for all, "every": n, "engines": [..]}.
 Writes OUT/KIND.json (the cases, where each is in the picture) and OUT/KIND_ENGINE_SEED.exr.
 """
 
@@ -22,8 +22,8 @@ k_patch = 8  # faces and pixels on a side
 k_columns = 64  # patches in a row of the picture
 k_sphere_patch = 16  # pixels on a side of the picture of one sphere
 k_sphere_columns = 20
-k_seeds = {"value": (1, 2), "surface": tuple(range(1, 9))}
-k_samples = {"value": 1, "surface": 64}
+k_seeds = {"value": (1, 2), "input": tuple(range(1, 9)), "surface": tuple(range(1, 9))}
+k_samples = {"value": 1, "input": 16, "surface": 64}
 
 
 def patch_mesh():
@@ -221,7 +221,7 @@ def main():
             chosen = [case for case in cases if not job["nodes"] or case["node"] in job["nodes"]][:: job["every"]]
             scene, columns = value_scene(chosen)
         else:
-            cases = surface_cases.surface_cases()
+            cases = surface_cases.cases_of(kind)
             chosen = [case for case in cases if not job["nodes"] or case[0] in job["nodes"]][:: job["every"]]
             scene, columns = surface_scene(chosen)
             chosen = [{"node": node, "options": {}, "variant": label, "output": ""} for node, label, _ in chosen]

@@ -325,6 +325,28 @@ def add_images():
                 return shader(tree, "Emission", {"Color": node.outputs[output]}).outputs[0]
 
             k_cases.append(("TexImage", f"{image_name}.{output}", image))
+    @case("TexImage", "UDIM tiles", emits=True)
+    def tiles(tree, _thing):
+        coordinates = shader(tree, "TexCoord").outputs["UV"]
+        larger = shader(tree, "Mapping", {"Vector": coordinates, "Scale": (3.2, 2.2, 1.0)}).outputs[0]
+        node = shader(tree, "TexImage", {"Vector": larger}, interpolation="Closest")
+        node.image = bpy.data.images["tiles"]
+        return shader(tree, "Emission", {"Color": node.outputs[0]}).outputs[0]
+
+    for kind in ("POINT", "TEXTURE"):
+
+        @emits
+        def mapped(tree, _thing, kind=kind):
+            coordinates = shader(tree, "TexCoord").outputs["UV"]
+            node = shader(tree, "TexImage", {"Vector": coordinates})
+            node.image = bpy.data.images["pattern"]
+            node.texture_mapping.vector_type = kind
+            node.texture_mapping.translation = (0.2, 0.1, 0.0)
+            node.texture_mapping.rotation = (0.0, 0.0, 0.5)
+            node.texture_mapping.scale = (1.5, 0.8, 1.0)
+            return shader(tree, "Emission", {"Color": node.outputs[0]}).outputs[0]
+
+        k_cases.append(("TexImage", f"mapping inside {kind}", mapped))
     for projection in items("TexEnvironment", "projection"):
         for interpolation in items("TexEnvironment", "interpolation"):
 

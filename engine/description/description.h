@@ -135,6 +135,7 @@ struct Object {
   ArrayPointer random_ids;  ///< u32[N] or null
   int pass_index = 0;
   std::array<float, 4> color{1, 1, 1, 1};
+  std::map<std::string, std::array<float, 4>> attributes;  ///< what the shaders of all its faces may read by name
   std::string light_group;
 };
 

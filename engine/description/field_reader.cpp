@@ -227,6 +227,20 @@ void FieldReader::text_map(std::string_view name, std::map<std::string, std::str
   }
 }
 
+void FieldReader::number_map(std::string_view name, std::map<std::string, std::array<float, 4>>& values) {
+  const Json* json = find_object(name);
+  if (!json) return;
+  for (const auto& [key, element] : json->items()) {
+    std::array<float, 4> numbers{};
+    bool good = element.is_array() && element.size() == numbers.size();
+    for (size_t i = 0; good && i < numbers.size(); ++i) good = read_float(element[i], numbers[i]);
+    if (good)
+      values[key] = numbers;
+    else
+      fail(fmt::format("{}.{}", name, key), "is not a list of 4 finite numbers");
+  }
+}
+
 void FieldReader::region(std::string_view name, std::optional<std::array<int, 4>>& value) {
   const Json* json = find(name);
   if (!json) return;

@@ -54,6 +54,7 @@ class FieldReader {
   void array(std::string_view name, ArrayPointer& value, const ArrayForm& form, bool required = false);
   void strings(std::string_view name, std::vector<std::string>& values);
   void text_map(std::string_view name, std::map<std::string, std::string>& values);
+  void number_map(std::string_view name, std::map<std::string, std::array<float, 4>>& values);
   void pair(std::string_view name, float& first, float& second);
   void region(std::string_view name, std::optional<std::array<int, 4>>& value);
   void transforms(std::string_view one, std::string_view many, ArrayPointer& value);

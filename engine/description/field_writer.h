@@ -39,6 +39,9 @@ class FieldWriter {
   }
   void strings(std::string_view name, const std::vector<std::string>& values) { set(name) = values; }
   void text_map(std::string_view name, const std::map<std::string, std::string>& values) { set(name) = values; }
+  void number_map(std::string_view name, const std::map<std::string, std::array<float, 4>>& values) {
+    set(name) = values;
+  }
   void region(std::string_view name, const std::optional<std::array<int, 4>>& value) {
     if (value) set(name) = *value;
   }

@@ -124,6 +124,7 @@ void visit_object(V& visitor, T& value) {
   visitor.array("random_ids", value.random_ids, list_of(ElementType::u32));
   visitor.integer("pass_index", value.pass_index, 0, INT32_MAX);
   visitor.numbers("color", value.color.data(), 4);
+  visitor.number_map("attributes", value.attributes);
   visitor.text("light_group", value.light_group);
 }
 

@@ -118,6 +118,7 @@ inline Transaction full_transaction() {
   object.random_ids = array_of<uint32_t>(ElementType::u32, {2}, {8, 9});
   object.pass_index = 4;
   object.color = {0.1f, 0.2f, 0.3f, 0.4f};
+  object.attributes = {{"wear", {0.25f, 0.5f, 0.75f, 1.0f}}};
   object.light_group = "rim";
   add("object", object);
 

@@ -8,14 +8,13 @@ namespace lambent {
 
 namespace {
 
-/// Extent of one pixel on a surface from the width of the ray's cone there: across the ray, and along its projection,
-/// where it is longer by 1/cos (at most 1/0.05, so that grazing lookups stay bounded).
-void footprint(const Vec3& n, const Vec3& wi, float width_m, Vec3& dpdx, Vec3& dpdy) {
-  Vec3 across = cross(n, wi);
-  const float sine = length(across);
-  across = sine > 1e-4f ? across / sine : Frame::from_normal(n).s;
-  dpdx = across * width_m;
-  dpdy = cross(n, across) * (width_m / std::max(std::fabs(dot(n, wi)), 0.05f));
+/// Extent of one pixel on a surface from the width of the ray's cone there: as wide in all directions, whatever the
+/// angle, as Cycles' compact differentials, so that bumps are as steep.
+void footprint(const Vec3& n, float width_m, Vec3& dpdx, Vec3& dpdy) {
+  const Vec3 diagonal = cross(Vec3(1.0f), n);
+  const float sine = length(diagonal);
+  dpdx = sine > 1e-4f ? diagonal * (width_m / sine) : Frame::from_normal(n).s * width_m;
+  dpdy = cross(n, dpdx);
 }
 
 /// Solves v = du * dpdu + dv * dpdv for a tangential v (least squares).
@@ -66,7 +65,7 @@ void Scene::fill_shading_point(const SurfaceHit& hit, const SurfaceBinding& bind
 
   const bool differentials = binding.program->traits().needs_differentials;
   if (differentials)
-    footprint(point.ng_world, wi_world, cone.width_m + cone.spread * ray_length, point.dpdx_world, point.dpdy_world);
+    footprint(point.ng_world, cone.width_m + cone.spread * ray_length, point.dpdx_world, point.dpdy_world);
   const std::span<const AttributeRequest> requests = binding.program->attribute_requests();
   if (requests.empty()) return;
 
@@ -100,9 +99,13 @@ void Scene::fill_shading_point(const SurfaceHit& hit, const SurfaceBinding& bind
         value.value = {world.x, world.y, world.z, instance.mirrored ? -tangent.w : tangent.w};
         break;
       }
+      case AttributeRequest::Kind::object:
+        value = AttributeValue::constant(index < 0 ? Vec4(0.0f) : object_values_[static_cast<size_t>(index)]);
+        break;
       default: {
+        const bool other = requests[i].kind == AttributeRequest::Kind::named;
         if (index < 0) {
-          value = AttributeValue::constant(Vec4(0.0f));
+          value = AttributeValue::constant(Vec4(0.0f, 0.0f, 0.0f, other ? 1.0f : 0.0f));
         } else if (differentials) {
           const TriangleMesh::AttributeGradient gradient =
               mesh.attribute_gradient(index, hit.primitive, hit.barycentric);
@@ -111,6 +114,11 @@ void Scene::fill_shading_point(const SurfaceHit& hit, const SurfaceBinding& bind
           value.ddy = gradient.du * dy.x + gradient.dv * dy.y;
         } else {
           value = AttributeValue::constant(mesh.attribute(index, hit.primitive, hit.barycentric));
+        }
+        if (index >= 0 && requests[i].kind == AttributeRequest::Kind::number) {
+          const int components = mesh.attributes()[static_cast<size_t>(index)].components;
+          for (Vec4* v : {&value.value, &value.ddx, &value.ddy})
+            v->x = components <= 2 ? v->x : (v->x + v->y + v->z) * (1.0f / 3.0f);
         }
       }
     }

@@ -115,6 +115,7 @@ class Scene {
   std::vector<std::shared_ptr<const TriangleMesh>> meshes_;  ///< keeps those of geometry_ alive
   std::vector<InstanceShading> instances_;
   std::vector<SurfaceBinding> bindings_;
+  std::vector<Vec4> object_values_;  ///< what bindings' requests of kind object read
   std::vector<Vec4> object_colors_;  ///< by object_index
   ViewSpace view_;                   ///< of camera_
   std::shared_ptr<const LightSet> lights_;

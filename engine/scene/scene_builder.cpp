@@ -1,5 +1,8 @@
 #include "engine/scene/scene_builder.h"
 
+#include <algorithm>
+#include <limits>
+
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
@@ -208,7 +211,18 @@ uint32_t SceneBuilder::State::bind_materials(Build& build, const description::Ob
       int index = -1;
       switch (request.kind) {
         case AttributeRequest::Kind::named:
+        case AttributeRequest::Kind::number:
           index = mesh.find_attribute(request.name);
+          break;
+        case AttributeRequest::Kind::object:
+          if (const auto value = object.attributes.find(request.name); value != object.attributes.end()) {
+            std::vector<Vec4>& values = build.scene->object_values_;
+            const Vec4 v(value->second[0], value->second[1], value->second[2], value->second[3]);
+            const auto known = std::find(values.begin(), values.end(), v);
+            if (known - values.begin() <= std::numeric_limits<int16_t>::max())
+              index = static_cast<int>(known - values.begin());
+            if (known == values.end() && index >= 0) values.push_back(v);
+          }
           break;
         case AttributeRequest::Kind::uv:
           index = mesh.find_uv(request.name);

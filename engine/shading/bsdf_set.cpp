@@ -114,7 +114,8 @@ Lobe Bsdf::sanitized(const Lobe& given) {
   lobe.weight = sane_color(lobe.weight, 1e30f);
   lobe.alpha_x = sane(lobe.alpha_x, 0.0f, 1.0f, 1.0f);
   lobe.alpha_y = sane(lobe.alpha_y, 0.0f, 1.0f, 1.0f);
-  lobe.param = sane(lobe.param, 0.0f, 1.0f, 0.0f);
+  const bool hair = lobe.kind == LobeKind::hair_reflection || lobe.kind == LobeKind::hair_transmission;
+  lobe.param = sane(lobe.param, hair ? -0.5f * k_pi : 0.0f, hair ? 0.5f * k_pi : 1.0f, 0.0f);
   lobe.eta = sane(lobe.eta, 1e-5f, 1e5f, 1.0f);
   lobe.f0 = sane_color(lobe.f0, 1.0f);
   lobe.f90 = sane_color(lobe.f90, 1.0f);

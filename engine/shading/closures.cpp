@@ -16,6 +16,13 @@ Color clamp_color(const Color& c, float high) {
 Color sqrt_color(const Color& c) { return Color(safe_sqrt(c.x), safe_sqrt(c.y), safe_sqrt(c.z)); }
 
 void set_gloss(Lobe& lobe, GlossModel model, float alpha) {
+  if (model == GlossModel::ashikhmin_shirley) {
+    // Narrower than this it is a mirror.
+    if (alpha > 1e-3f)
+      lobe.kind = LobeKind::ashikhmin_shirley;
+    else
+      model = GlossModel::sharp;
+  }
   lobe.alpha_x = lobe.alpha_y = model == GlossModel::sharp ? 0.0f : clamp01(alpha);
   lobe.distribution = model == GlossModel::beckmann ? Distribution::beckmann : Distribution::ggx;
   lobe.energy_compensation = model == GlossModel::multiscatter_ggx;
@@ -49,6 +56,25 @@ Color tint_of(const Color& base, float luminance) { return luminance > 0.0f ? ba
 float seen_eta(float ior, bool backfacing) {
   const float eta = std::max(ior, 1e-5f);
   return backfacing ? 1.0f / eta : eta;
+}
+
+// Reflectance of a conductor of complex index n + ik, unpolarised (Born & Wolf, ch. 14).
+float conductor_reflectance(float cosine, float n, float k) {
+  const float c2 = cosine * cosine, s2 = 1.0f - c2;
+  const float t = n * n - k * k - s2, ab = std::sqrt(t * t + 4.0f * n * n * k * k);
+  const float a = safe_sqrt(0.5f * (ab + t));
+  const float rs = (ab + c2 - 2.0f * a * cosine) / (ab + c2 + 2.0f * a * cosine);
+  const float q = ab * c2 + s2 * s2, r = 2.0f * a * cosine * s2;
+  return 0.5f * rs * (1.0f + (q - r) / (q + r));
+}
+
+// The colours of FresnelMode::f82 for a conductor: exact at 0, at 82 and at 90 degrees.
+void fit_conductor(float n_given, float k_given, float& f0, float& tint) {
+  const float n = std::clamp(n_given, 1e-3f, 100.0f), k = std::clamp(k_given, 0.0f, 100.0f);
+  constexpr float k_cosine = 1.0f / 7.0f;
+  f0 = clamp01(conductor_reflectance(1.0f, n, k));
+  const float schlick = f0 + (1.0f - f0) * std::pow(1.0f - k_cosine, 5.0f);
+  tint = clamp01(conductor_reflectance(k_cosine, n, k) / std::max(schlick, 1e-4f));
 }
 
 void make_principled_1(const Principled1& p, GlossModel model, bool backfacing, LobeTemplates& templates) {
@@ -228,10 +254,15 @@ int closure_parameter_count(ClosureKind kind) {
       return 4;
     case ClosureKind::glass:
     case ClosureKind::refraction:
+    case ClosureKind::toon:
+    case ClosureKind::glossy_toon:
       return 5;
     case ClosureKind::glossy:
+    case ClosureKind::hair_reflection:
+    case ClosureKind::hair_transmission:
       return 6;
     case ClosureKind::metallic:
+    case ClosureKind::conductor:
       return 9;
     case ClosureKind::principled_1:
       return sizeof(Principled1) / sizeof(float);
@@ -296,6 +327,31 @@ void make_lobes(ClosureKind kind, GlossModel model, const float* raw, bool backf
     case ClosureKind::sheen:
       templates.add(LobeKind::sheen, color).alpha_x = clamp01(p[k_roughness]);
       break;
+    case ClosureKind::toon:
+    case ClosureKind::glossy_toon: {
+      Lobe& lobe = templates.add(kind == ClosureKind::toon ? LobeKind::toon : LobeKind::glossy_toon, color);
+      lobe.param = clamp01(p[k_size]);
+      lobe.alpha_x = clamp01(p[k_smooth]);
+      break;
+    }
+    case ClosureKind::hair_reflection:
+    case ClosureKind::hair_transmission: {
+      Lobe& lobe = templates.add(
+          kind == ClosureKind::hair_reflection ? LobeKind::hair_reflection : LobeKind::hair_transmission, color);
+      lobe.alpha_x = std::clamp(p[k_roughness], 0.001f, 1.0f);
+      lobe.alpha_y = std::clamp(p[k_around], 0.001f, 1.0f);
+      lobe.param = p[k_tilt];
+      templates.last().anisotropic = true;
+      break;
+    }
+    case ClosureKind::conductor: {
+      Lobe& lobe = templates.add(LobeKind::reflection, Color(1.0f));
+      lobe.fresnel = FresnelMode::f82;
+      for (int k = 0; k < 3; ++k) fit_conductor(p[k], p[k_extinction + k], lobe.f0[k], lobe.f90[k]);
+      set_gloss(lobe, model, sqr(p[k_roughness]));
+      set_anisotropy(templates, p[k_anisotropy], p[k_rotation]);
+      break;
+    }
     case ClosureKind::metallic: {
       Lobe& lobe = templates.add(LobeKind::reflection, Color(1.0f));
       lobe.fresnel = FresnelMode::f82;

@@ -17,23 +17,33 @@ enum class ClosureKind : uint8_t {
   transparent,
   velvet,
   sheen,
+  toon,
+  glossy_toon,
+  hair_reflection,
+  hair_transmission,
   metallic,
+  conductor,
   principled_1,
   principled_2,
   emission
 };
 
 /// How a microfacet closure was asked for (`variant` of a closure).
-enum class GlossModel : uint8_t { sharp, ggx, beckmann, multiscatter_ggx };
+enum class GlossModel : uint8_t { sharp, ggx, beckmann, multiscatter_ggx, ashikhmin_shirley };
 
 // Indices into a closure's parameters. A colour takes three.
 namespace closure_parameter {
 inline constexpr int k_color = 0;       // all simple closures; emission: times strength
 inline constexpr int k_roughness = 3;   // diffuse, glossy, glass, refraction, velvet (sigma), sheen
 inline constexpr int k_ior = 4;         // glass, refraction
+inline constexpr int k_size = 3;        // toon
+inline constexpr int k_smooth = 4;      // toon
+inline constexpr int k_around = 4;      // hair: roughness around; along is k_roughness
+inline constexpr int k_tilt = 5;        // hair
 inline constexpr int k_anisotropy = 4;  // glossy, metallic
 inline constexpr int k_rotation = 5;    // glossy, metallic
 inline constexpr int k_edge_tint = 6;   // metallic
+inline constexpr int k_extinction = 6;  // conductor, whose colour is its index
 }  // namespace closure_parameter
 
 /// Principled parameters in the order in which they are stored.

@@ -40,6 +40,7 @@ GlossModel gloss_model(Compiler& compiler, int node, const char* otherwise) {
   if (name == "BECKMANN") return GlossModel::beckmann;
   if (name == "GGX") return GlossModel::ggx;
   if (name == "MULTI_GGX") return GlossModel::multiscatter_ggx;
+  if (name == "ASHIKHMIN_SHIRLEY") return GlossModel::ashikhmin_shirley;
   compiler.warn_unsupported(node, "its distribution '" + name + "' is rendered as GGX");
   return GlossModel::ggx;
 }
@@ -175,18 +176,50 @@ void glossy(Compiler& compiler, int node, const Value& weight) {
 }
 
 void metallic(Compiler& compiler, int node, const Value& weight) {
-  if (compiler.text(node, "fresnel_type", "F82") != "F82")
-    compiler.warn_unsupported(node, "metals given by index and extinction use the base colour and edge tint");
+  const bool physical = compiler.text(node, "fresnel_type", "F82") == "PHYSICAL_CONDUCTOR";
+  if (may_be_nonzero(compiler, node, "Thin Film Thickness", 0.0f))
+    compiler.warn_unsupported(node, "thin film interference is left out");
   ClosureUse use{};
-  use.kind = ClosureKind::metallic;
+  use.kind = physical ? ClosureKind::conductor : ClosureKind::metallic;
   use.model = gloss_model(compiler, node, "MULTI_GGX");
   Normals normals;
   normals.add(compiler, node, use, "Normal");
   normals.add_tangent(compiler, node, use, "Anisotropy");
   Parameters p(compiler, node);
-  p.color("Base Color", Color(0.617f, 0.577f, 0.540f)).number("Roughness", 0.5f).number("Anisotropy", 0.0f);
-  p.number("Rotation", 0.0f).color("Edge Tint", Color(0.695f, 0.726f, 0.770f));
+  if (physical)
+    p.color("IOR", Color(2.757f, 2.513f, 2.231f));
+  else
+    p.color("Base Color", Color(0.617f, 0.577f, 0.540f));
+  p.number("Roughness", 0.5f).number("Anisotropy", 0.0f).number("Rotation", 0.0f);
+  if (physical)
+    p.color("Extinction", Color(3.867f, 3.404f, 3.009f));
+  else
+    p.color("Edge Tint", Color(0.695f, 0.726f, 0.770f));
   compiler.add_closure(use, weight, normals.values, p.values());
+}
+
+void toon(Compiler& c, int n, const Value& w) {
+  const bool glossy = c.text(n, "component", "DIFFUSE") == "GLOSSY";
+  simple(c, n, w, glossy ? ClosureKind::glossy_toon : ClosureKind::toon,
+         Parameters(c, n).color("Color", Color(0.8f)).number("Size", 0.5f).number("Smooth", 0.0f));
+}
+
+// On meshes the hair lies along the bitangent, without tilt, unless a tangent is given.
+void hair(Compiler& compiler, int node, const Value& weight) {
+  ClosureUse use{};
+  use.kind = compiler.text(node, "component", "Reflection") == "Transmission" ? ClosureKind::hair_transmission
+                                                                              : ClosureKind::hair_reflection;
+  Expressions& e = compiler.expressions();
+  std::vector<Value> normals;
+  const bool given = compiler.is_linked(node, "Tangent");
+  normals.push_back(given ? compiler.vector(node, "Tangent", Vec3(0.0f), 0) : e.operation(Op::bitangent, 0, {}, 3));
+  use.has_tangent = true;
+  Parameters p(compiler, node);
+  p.color("Color", Color(0.8f)).number("RoughnessU", 0.1f).number("RoughnessV", 1.0f);
+  const Value tilt = compiler.number(node, "Offset", 0.0f, 0);
+  std::vector<Value> values = p.values();
+  values.push_back(given ? e.operation(Op::multiply, 0, {tilt, e.number(-1.0f)}, 1) : e.number(0.0f));
+  compiler.add_closure(use, weight, normals, values);
 }
 
 // What is rendered by the diffuse closure for now.
@@ -237,6 +270,8 @@ const std::map<std::string, ClosureNode>& closure_nodes() {
        [](Compiler& c, int n, const Value& w) {
          simple(c, n, w, ClosureKind::sheen, Parameters(c, n).color("Color", Color(0.8f)).number("Roughness", 0.5f));
        }},
+      {"BsdfToon", toon},
+      {"BsdfHair", hair},
       {"Emission",
        [](Compiler& c, int n, const Value& w) {
          add_emission(c, n, c.color(n, "Color", Color(1.0f), 0), c.number(n, "Strength", 1.0f, 0), w);
@@ -255,10 +290,6 @@ const std::map<std::string, ClosureNode>& stand_ins() {
        [](Compiler& c, int n, const Value& w) {
          diffuse_stand_in(c, n, w, "subsurface scattering is rendered as diffuse reflection");
        }},
-      {"BsdfToon",
-       [](Compiler& c, int n, const Value& w) { diffuse_stand_in(c, n, w, "it is rendered as diffuse reflection"); }},
-      {"BsdfHair",
-       [](Compiler& c, int n, const Value& w) { diffuse_stand_in(c, n, w, "it is rendered as diffuse reflection"); }},
       {"BsdfHairPrincipled",
        [](Compiler& c, int n, const Value& w) { diffuse_stand_in(c, n, w, "it is rendered as diffuse reflection"); }},
       {"BsdfRayPortal",

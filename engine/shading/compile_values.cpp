@@ -62,10 +62,14 @@ TypedValue vertex_color(Compiler& c, int n, S socket, int shift) {
   return attribute_outputs(c, c.attribute(AttributeRequest::Kind::color, c.text(n, "layer_name", ""), shift), socket);
 }
 TypedValue attribute_node(Compiler& c, int n, S socket, int shift) {
-  const std::string kind = c.text(n, "attribute_type", "GEOMETRY");
+  const std::string kind = c.text(n, "attribute_type", "GEOMETRY"), name = c.text(n, "attribute_name", "");
+  if (kind == "OBJECT" || kind == "INSTANCER")
+    return attribute_outputs(
+        c, c.attribute(AttributeRequest::Kind::object, kind == "OBJECT" ? name : kind + ":" + name, 0), socket);
   if (kind != "GEOMETRY") c.warn_unsupported(n, "attributes of kind '" + kind + "' are looked for on the mesh");
-  return attribute_outputs(c, c.attribute(AttributeRequest::Kind::named, c.text(n, "attribute_name", ""), shift),
-                           socket);
+  if (socket == "Fac")
+    return number_of(c.expressions().part(c.attribute(AttributeRequest::Kind::number, name, shift), 0, 1));
+  return attribute_outputs(c, c.attribute(AttributeRequest::Kind::named, name, shift), socket);
 }
 
 TypedValue geometry(Compiler& c, int n, S socket, int shift) {

@@ -316,7 +316,7 @@ void Compiler::add_closure(ClosureUse use, const Value& weight, const std::vecto
   }
   const bool black = constant && values[0] == 0.0f && values[1] == 0.0f && values[2] == 0.0f;
   const bool plain = use.kind != ClosureKind::principled_1 && use.kind != ClosureKind::principled_2 &&
-                     use.kind != ClosureKind::metallic;
+                     use.kind != ClosureKind::metallic && use.kind != ClosureKind::conductor;
   if (black && plain) return;
   if (constant && !closure_depends_on_view(use.kind)) {
     use.constant = true;

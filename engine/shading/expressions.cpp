@@ -14,6 +14,7 @@ bool reads_point(Op op) {
     case Op::true_normal:
     case Op::incoming:
     case Op::default_tangent:
+    case Op::bitangent:
     case Op::parametric:
     case Op::backfacing:
     case Op::random_per_island:

@@ -6,6 +6,11 @@
 #include "engine/shading/program_data.h"
 
 namespace lambent {
+
+Vec3 object_normal(const ShadingPoint& point, const Vec3& n) {
+  return point.world_from_object ? normalize(point.world_from_object->transposed_vector(n)) : n;
+}
+
 namespace {
 
 void store(float* out, const Vec3& v) { out[0] = v.x, out[1] = v.y, out[2] = v.z; }
@@ -203,13 +208,14 @@ Vec3 normal_map(NormalSpace space, const ShadingPoint& point, const Arguments& a
   const Vec3 ns = a.v(2);
   Vec3 n;
   if (space == NormalSpace::tangent) {
-    // In world space; Cycles works in object space with unnormalised normal and tangent, which differs only by the
-    // interpolation of non-uniformly scaled instances. The normal here is not flipped towards the view.
+    // In object space, as Cycles. The normal here is not flipped towards the view.
     const float* tangent = a.at(3);
-    const Vec3 t(tangent[0], tangent[1], tangent[2]);
-    if (length_squared(t) == 0.0f) return ns;
-    const Vec3 normal = point.backfacing ? point.ns_world * -1.0f : point.ns_world;
-    n = normalize(t * color.x + cross(normal, t) * (tangent[3] * color.y) + normal * color.z);
+    const Vec3 t_world(tangent[0], tangent[1], tangent[2]);
+    if (length_squared(t_world) == 0.0f) return ns;
+    const Vec3 t = point.object_from_world ? normalize(point.object_from_world->vector(t_world)) : t_world;
+    const Vec3 normal = object_normal(point, point.backfacing ? point.ns_world * -1.0f : point.ns_world);
+    const float sign = point.world_from_object && point.world_from_object->mirrors() ? -tangent[3] : tangent[3];
+    n = world_normal(point, t * color.x + cross(normal, t) * (sign * color.y) + normal * color.z);
   } else {
     if (space == NormalSpace::blender_object || space == NormalSpace::blender_world)
       color = {color.x, -color.y, -color.z};
@@ -248,10 +254,6 @@ Vec3 default_tangent(const ShadingPoint& point, const float* generated) {
 
 }  // namespace
 
-Vec3 object_normal(const ShadingPoint& point, const Vec3& n) {
-  return point.world_from_object ? normalize(point.world_from_object->transposed_vector(n)) : n;
-}
-
 void run_instruction(const ProgramData& program, const Instruction& instruction, const ShadingPoint& point,
                      const TextureSystem* textures, float* registers) {
   const Arguments a{program, program.operands.data() + instruction.operands, registers};
@@ -272,6 +274,9 @@ void run_instruction(const ProgramData& program, const Instruction& instruction,
       break;
     case Op::default_tangent:
       store(out, default_tangent(point, a.at(0)));
+      break;
+    case Op::bitangent:
+      store(out, normalize(point.dpdv_world));
       break;
     case Op::parametric:
       store(out, {1.0f - point.barycentric.x - point.barycentric.y, point.barycentric.x, 0.0f});

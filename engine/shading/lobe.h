@@ -24,8 +24,15 @@ enum class LobeKind : uint8_t {
   principled_sheen,    ///< Burley 2012 sheen (Cycles before 4.0)
   velvet,              ///< Ashikhmin & Premoze 2007 (Cycles before 4.0): `param` is sigma in [0.01, 1]
   sheen,               ///< Estevez & Kulla 2017, standing in for Zeltner et al. 2022 (Cycles from 4.0): alpha_x
+  toon,                ///< a cone around the normal of equal brightness: `param` its half angle, `alpha_x` that of the
+                       ///< fading rim, both in quarter turns
   translucent,         ///< Lambert through the surface
   transparent,         ///< straight on
+  glossy_toon,         ///< the same around the mirrored view
+  hair_reflection,     ///< a cylinder along the tangent (Marschner et al. 2003, simplified): alpha_x along, alpha_y
+                       ///< around, `param` the cuticle's tilt, radians
+  hair_transmission,   ///< likewise through it
+  ashikhmin_shirley,   ///< Ashikhmin & Shirley 2000 without their Fresnel term (Cycles before 4.0)
   reflection,          ///< microfacet or mirror
   refraction,          ///< microfacet or smooth
   glass,               ///< reflection and refraction with the Fresnel term at the microfacet

@@ -11,15 +11,9 @@
 #include "engine/shading/fresnel.h"
 #include "engine/shading/lobe.h"
 #include "engine/shading/microfacet.h"
+#include "engine/shading/stylized_lobes.h"
 
 namespace lambent {
-
-/// f_cos: without the lobe's weight. pdf_solid_angle: of sampling wo given wi.
-struct LobeValue {
-  Color f_cos{0.0f};
-  float pdf_solid_angle = 0.0f;
-  float pdf_reverse_solid_angle = 0.0f;
-};
 
 struct LobeSample {
   Vec3 wo{0.0f};
@@ -87,8 +81,13 @@ inline Color lobe_albedo(const Lobe& lobe, float cos_view) {
     case LobeKind::diffuse:
     case LobeKind::oren_nayar:
     case LobeKind::principled_diffuse:
+    case LobeKind::toon:
     case LobeKind::translucent:
     case LobeKind::transparent:
+    case LobeKind::glossy_toon:
+    case LobeKind::hair_reflection:
+    case LobeKind::hair_transmission:
+    case LobeKind::ashikhmin_shirley:
       return Color(1.0f);
     case LobeKind::principled_sheen:
       return Color(0.02f + 0.3f * schlick_weight(c));
@@ -207,6 +206,7 @@ inline LobeValue eval_lobe(const Lobe& lobe, const Vec3& wi, const Vec3& wo, boo
     if (lobe.kind == LobeKind::glass && wi.z * wo.z > 0.0f) return eval_rough_reflection(lobe, wi, wo, camera_is_wi);
     return eval_rough_refraction(lobe, wi, wo, camera_is_wi);
   }
+  if (is_stylized(lobe.kind)) return eval_stylized(lobe, wi, wo, camera_is_wi);
   if (lobe.kind == LobeKind::translucent) {
     if (wi.z * wo.z >= 0.0f) return value;
     value.f_cos = Color(std::fabs(light.z) * k_inv_pi);
@@ -300,6 +300,11 @@ inline LobeSample sample_lobe(const Lobe& lobe, const Vec3& wi, float u_choice, 
     return sample;
   }
   if (wi.z <= 0.0f) return sample;
+  if (is_stylized(lobe.kind)) {
+    sample.valid = sample_stylized(lobe, wi, u, sample.wo);
+    sample.transmitted = lobe.kind == LobeKind::hair_transmission;
+    return sample;
+  }
   switch (lobe.kind) {
     case LobeKind::diffuse:
     case LobeKind::oren_nayar:

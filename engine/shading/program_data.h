@@ -20,6 +20,7 @@ enum class Op : uint8_t {
   true_normal,
   incoming,
   default_tangent,
+  bitangent,  // v; unit, along the second coordinate of the parameterisation
   parametric,
   backfacing,
   random_per_island,

@@ -27,6 +27,8 @@ enum RayKind : uint32_t {
 struct AttributeRequest {
   enum class Kind : uint8_t {
     named,      ///< attribute `name`, any role
+    number,     ///< the same as one number: the mean of three components, the first of two
+    object,     ///< attribute `name` of the object
     uv,         ///< UV set `name`; empty: the active one
     color,      ///< colour attribute `name`; empty: the active one
     tangent,    ///< unit tangent of UV set `name` in world space; w: sign of the bitangent

@@ -133,14 +133,14 @@ links.new(glossy.outputs[0], output.inputs['Surface'])
     assert glass["properties"]["distribution"] == "BECKMANN"
     curves, _ = linked(graph, glass, "Color")
     sampled = np.array(curves["properties"]["curves"])
-    assert sampled.shape == (3, 257, 2)
+    assert sampled.shape == (3, 256, 2)
     # The combined curve halves everything, before the three straight ones.
     assert np.allclose(sampled[:, -1], [1.0, 0.5]) and np.allclose(sampled[:, 128, 1], 0.25, atol=1e-3)
     ramp, _ = linked(graph, curves, "Color")
     assert ramp["properties"]["ramp_interpolation"] == "CONSTANT"
     assert ramp["properties"]["ramp"] == [[0, 0, 0, 0, 1], [0.75, 1, 0.5, 0, 1]]
     eased, _ = linked(graph, glass, "Roughness")
-    assert eased["properties"]["ramp_interpolation"] == "LINEAR" and len(eased["properties"]["ramp"]) == 257
+    assert eased["properties"]["ramp_interpolation"] == "LINEAR" and len(eased["properties"]["ramp"]) == 256
 
 
 def test_principled_names_its_generation_and_sockets(run_blender):

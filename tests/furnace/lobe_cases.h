@@ -43,6 +43,20 @@ inline std::vector<LobeCase> lobe_cases(float alpha) {
     add(name, lobe);
   }
   add("sheen", make_lobe(LobeKind::sheen, alpha, alpha));
+  for (const auto& [name, kind] : {std::pair{"toon", LobeKind::toon}, {"glossy_toon", LobeKind::glossy_toon}}) {
+    Lobe lobe = make_lobe(kind, alpha, alpha);
+    lobe.param = std::sqrt(alpha);
+    add(name, lobe, false);
+  }
+  add("ashikhmin_shirley", make_lobe(LobeKind::ashikhmin_shirley, alpha, alpha));
+  add("ashikhmin_shirley anisotropic", make_lobe(LobeKind::ashikhmin_shirley, alpha, 0.4f * alpha));
+  for (const auto& [name, kind] :
+       {std::pair{"hair_reflection", LobeKind::hair_reflection}, {"hair_transmission", LobeKind::hair_transmission}}) {
+    Lobe lobe = make_lobe(kind, alpha, std::sqrt(alpha));
+    lobe.tangent = {1, 0, 0};
+    lobe.param = 0.1f;
+    add(name, lobe, false, kind == LobeKind::hair_transmission);
+  }
   add("translucent", make_lobe(LobeKind::translucent), true, true);
   for (const auto& [name, distribution] :
        {std::pair{"ggx", Distribution::ggx}, {"beckmann", Distribution::beckmann}, {"gtr1", Distribution::gtr1}})

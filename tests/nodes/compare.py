@@ -65,12 +65,12 @@ def value_verdicts(folder):
     return verdicts
 
 
-def surface_verdicts(folder):
+def surface_verdicts(folder, kind):
     """[Verdict] of the surface cases: a Welch test on each tile of 4 x 4 pixels and channel, with one false alarm in a
     thousand cases that agree. `difference` is the largest significant one as a part of the case's mean, or 0."""
-    found = read_cases(folder, "surface")
+    found = read_cases(folder, kind)
     cycles, lambent = (
-        image_statistics.tile_means(pictures(folder, "surface", engine, range(1, 9)), tile=4) for engine in ("cycles", "lambent")
+        image_statistics.tile_means(pictures(folder, kind, engine, range(1, 9)), tile=4) for engine in ("cycles", "lambent")
     )
     size = found["patch"] // 4
     verdicts = []
@@ -88,6 +88,10 @@ def surface_verdicts(folder):
     return verdicts
 
 
+def verdicts_of(folder, kind):
+    return value_verdicts(folder) if kind == "value" else surface_verdicts(folder, kind)
+
+
 def label(case):
     options = ", ".join(f"{key} {item}" for key, item in case["options"].items())
     return f"{case['node']}[{', '.join(part for part in (options, case['variant']) if part)}].{case['output']}"
@@ -95,7 +99,7 @@ def label(case):
 
 if __name__ == "__main__":
     for kind in sys.argv[2:]:
-        results = {"value": value_verdicts, "surface": surface_verdicts}[kind](sys.argv[1])
+        results = verdicts_of(sys.argv[1], kind)
         for verdict in results:
             if not verdict.agrees:
                 print(f"{label(verdict.case)}: {verdict.difference:.2g} in {100 * verdict.differing:.0f}% {verdict.note}")

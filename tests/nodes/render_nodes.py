@@ -1,7 +1,7 @@
 """Renders node cases with Cycles and then with Lambent, in one run of Blender:
 blender -b --factory-startup --python tests/nodes/render_nodes.py -- job.json
 
-The job: {"daemon": path of lambentd, "out": folder, "kinds": ["value"..], "nodes": [names] or null for all, "every": n, "engines": [..]}.
+The job: {"daemon": path of lambentd, "out": folder, "kinds": ["value", "input" or "surface"..], "nodes": [names] or null for all, "every": n, "engines": [..]}.
 Writes OUT/KIND.json (the cases, where each is in the picture) and OUT/KIND_ENGINE_SEED.exr.
 """
 
@@ -22,8 +22,8 @@ k_patch = 8  # faces and pixels on a side
 k_columns = 64  # patches in a row of the picture
 k_sphere_patch = 16  # pixels on a side of the picture of one sphere
 k_sphere_columns = 20
-k_seeds = {"value": (1, 2), "surface": tuple(range(1, 9))}
-k_samples = {"value": 1, "surface": 64}
+k_seeds = {"value": (1, 2), "input": tuple(range(1, 9)), "surface": tuple(range(1, 9))}
+k_samples = {"value": 1, "input": 16, "surface": 64}
 
 
 def patch_mesh():
@@ -128,8 +128,9 @@ def sphere_mesh():
     return mesh
 
 
-def pattern_images():
-    """Images whose texels all differ: "pattern" (bytes, with alpha), "float pattern" and "non-color"."""
+def pattern_images(folder):
+    """Images whose texels all differ: "pattern" (bytes, with alpha), "float pattern", "non-color", and "tiles" (UDIM, from
+    files that are written to a folder)."""
     generator = random.Random(11)
     for name, is_float in (("pattern", False), ("float pattern", True), ("non-color", False)):
         image = bpy.data.images.new(name, 8, 6, alpha=True, float_buffer=is_float)
@@ -140,6 +141,17 @@ def pattern_images():
             pixels += [generator.uniform(0.1, 0.9) for _ in range(3)] + [generator.choice((1.0, 0.6))]
         image.pixels.foreach_set(pixels)
         image.update()
+    for number in (1001, 1002, 1011):
+        image = bpy.data.images.new("one tile", 4, 4)
+        image.pixels.foreach_set([generator.uniform(0.1, 0.9) if k % 4 < 3 else 1.0 for k in range(4 * 4 * 4)])
+        image.filepath_raw, image.file_format = f"{folder}/tile.{number}.png", "PNG"
+        image.save()
+        bpy.data.images.remove(image)
+    tiles = bpy.data.images.load(f"{folder}/tile.1001.png")
+    tiles.name, tiles.source, tiles.filepath = "tiles", "TILED", f"{folder}/tile.<UDIM>.png"
+    for number in (1002, 1011):
+        if not any(tile.number == number for tile in tiles.tiles):
+            tiles.tiles.new(number)
 
 
 def light_everything(scene):
@@ -160,13 +172,13 @@ def light_everything(scene):
     scene.world = world
 
 
-def surface_scene(cases):
+def surface_scene(cases, folder):
     """Makes the scene of surface cases [(node, label, build)]; returns the scene and the picture's columns."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     scene["scene_number"] = 0.3
     mesh = sphere_mesh()
-    pattern_images()
+    pattern_images(folder)
     light_everything(scene)
     columns = min(k_sphere_columns, max(len(cases), 2))
     rows = (len(cases) + columns - 1) // columns
@@ -221,11 +233,11 @@ def main():
             chosen = [case for case in cases if not job["nodes"] or case["node"] in job["nodes"]][:: job["every"]]
             scene, columns = value_scene(chosen)
         else:
-            cases = surface_cases.surface_cases()
+            cases = surface_cases.cases_of(kind)
             chosen = [case for case in cases if not job["nodes"] or case[0] in job["nodes"]][:: job["every"]]
-            scene, columns = surface_scene(chosen)
+            scene, columns = surface_scene(chosen, job["out"])
             chosen = [{"node": node, "options": {}, "variant": label, "output": ""} for node, label, _ in chosen]
-        for engine in job["engines"]:
+        for engine in job["engines"] if chosen else ():
             render(scene, engine, job, kind, k_seeds[kind], job.get("samples", k_samples[kind]))
         patch = k_patch if kind == "value" else k_sphere_patch
         found = {"cases": chosen, "columns": columns, "patch": patch, "blender": bpy.app.version_string}

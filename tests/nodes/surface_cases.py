@@ -1,19 +1,28 @@
 """The cases of nodes that need a surface, light or the camera: shaders, and inputs that vary over a surface. Runs inside Blender.
 
-Each case is a small sphere under a sun and a sky of many colours; where the node computes a value, the sphere emits it.
+Each case is a small sphere under a sun and a sky of many colours ("surface"); where the node computes a value, the sphere emits
+it ("input"). The two are different pictures: emitting spheres would light the others.
 """
 
 import bpy
 
 k_cases = []  # (node, label, function(tree, object) -> shader socket)
+k_emitting = set()  # of these functions, those of the kind "input"
 
 
-def case(node, label):
+def case(node, label, emits=False):
     def add(function):
+        if emits:
+            k_emitting.add(function)
         k_cases.append((node, label, function))
         return function
 
     return add
+
+
+def emits(function):
+    k_emitting.add(function)
+    return function
 
 
 def shader(tree, kind, inputs=None, **properties):
@@ -54,6 +63,7 @@ def add_value(kind, output, label="", inputs=None, **properties):
         node = shader(tree, kind, inputs, **properties)
         return emitted(tree, node.outputs[output])
 
+    k_emitting.add(build)
     k_cases.append((kind, f"{label}.{output}" if label else output, build))
 
 
@@ -97,7 +107,10 @@ def add_simple_shaders():
             add_value("Tangent", "Tangent", f"{direction} {axis}", direction_type=direction, axis=axis)
     add_shader("BsdfTranslucent", "", {"Color": k_blue})
     add_shader("BsdfTransparent", "", {"Color": k_blue})
-    add_shader("Emission", "", {"Color": k_blue, "Strength": 1.5})
+    @case("Emission", "", emits=True)
+    def emission(tree, _thing):
+        return shader(tree, "Emission", {"Color": k_blue, "Strength": 1.5}).outputs[0]
+
     add_shader("Holdout", "")
     for sigma in (0.2, 0.6, 1.0):
         add_shader("BsdfVelvet", f"sigma {sigma}", {"Color": k_blue, "Sigma": sigma})
@@ -142,7 +155,7 @@ def add_mixes():
     def add(tree, _thing):
         node = shader(tree, "AddShader")
         tree.links.new(shader(tree, "BsdfDiffuse", {"Color": k_blue}).outputs[0], node.inputs[0])
-        tree.links.new(shader(tree, "Emission", {"Color": (0.1, 0.2, 0.1, 1.0)}).outputs[0], node.inputs[1])
+        tree.links.new(shader(tree, "BsdfGlossy", {"Color": (0.1, 0.2, 0.1, 1.0)}).outputs[0], node.inputs[1])
         return node.outputs[0]
 
 
@@ -178,8 +191,14 @@ def add_principled():
         "half glass": {transmission: 0.5, "Roughness": 0.2},
         "alpha": {"Alpha": 0.4},
         "subsurface": {subsurface: 0.5},
-        "glow": {("Emission Color" if newer else "Emission"): (0.3, 0.1, 0.2, 1.0), "Emission Strength": 1.0},
     }
+
+    @case("BsdfPrincipled", "glow", emits=True)
+    def glow(tree, _thing):
+        values = {"Base Color": (0, 0, 0, 1), specular: 0.0, "Emission Strength": 1.5}
+        values["Emission Color" if newer else "Emission"] = (0.3, 0.1, 0.2, 1.0)
+        return shader(tree, "BsdfPrincipled", values).outputs[0]
+
     if newer:
         sets["tinted coat"] = {"Coat Weight": 0.7, "Coat Tint": (0.9, 0.5, 0.2, 1.0), "Coat Roughness": 0.2}
         sets["tinted specular"] = {"Specular Tint": (0.9, 0.5, 0.2, 1.0), "Roughness": 0.2}
@@ -275,7 +294,7 @@ def add_normals():
 
             k_cases.append(("NormalMap", f"{space} strength {strength}", normal_map))
 
-    @case("NormalMap", "as a value")
+    @case("NormalMap", "as a value", emits=True)
     def value(tree, _thing):
         node = shader(tree, "NormalMap", {"Color": (0.7, 0.4, 0.9, 1.0)})
         return emitted(tree, node.outputs[0])
@@ -286,6 +305,7 @@ def add_images():
         for interpolation in items("TexImage", "interpolation"):
             for extension in items("TexImage", "extension") if projection == "FLAT" else ("REPEAT",):
 
+                @emits
                 def image(tree, _thing, projection=projection, interpolation=interpolation, extension=extension):
                     coordinates = shader(tree, "TexCoord").outputs["UV" if projection == "FLAT" else "Object"]
                     larger = shader(tree, "Mapping", {"Vector": coordinates, "Scale": (1.7, 1.7, 1.7)}).outputs[0]
@@ -298,15 +318,39 @@ def add_images():
     for image_name in ("pattern", "float pattern", "non-color"):
         for output in ("Color", "Alpha"):
 
+            @emits
             def image(tree, _thing, image_name=image_name, output=output):
                 node = shader(tree, "TexImage")
                 node.image = bpy.data.images[image_name]
                 return shader(tree, "Emission", {"Color": node.outputs[output]}).outputs[0]
 
             k_cases.append(("TexImage", f"{image_name}.{output}", image))
+    @case("TexImage", "UDIM tiles", emits=True)
+    def tiles(tree, _thing):
+        coordinates = shader(tree, "TexCoord").outputs["UV"]
+        larger = shader(tree, "Mapping", {"Vector": coordinates, "Scale": (3.2, 2.2, 1.0)}).outputs[0]
+        node = shader(tree, "TexImage", {"Vector": larger}, interpolation="Closest")
+        node.image = bpy.data.images["tiles"]
+        return shader(tree, "Emission", {"Color": node.outputs[0]}).outputs[0]
+
+    for kind in ("POINT", "TEXTURE"):
+
+        @emits
+        def mapped(tree, _thing, kind=kind):
+            coordinates = shader(tree, "TexCoord").outputs["UV"]
+            node = shader(tree, "TexImage", {"Vector": coordinates})
+            node.image = bpy.data.images["pattern"]
+            node.texture_mapping.vector_type = kind
+            node.texture_mapping.translation = (0.2, 0.1, 0.0)
+            node.texture_mapping.rotation = (0.0, 0.0, 0.5)
+            node.texture_mapping.scale = (1.5, 0.8, 1.0)
+            return shader(tree, "Emission", {"Color": node.outputs[0]}).outputs[0]
+
+        k_cases.append(("TexImage", f"mapping inside {kind}", mapped))
     for projection in items("TexEnvironment", "projection"):
         for interpolation in items("TexEnvironment", "interpolation"):
 
+            @emits
             def environment(tree, _thing, projection=projection, interpolation=interpolation):
                 normal = shader(tree, "NewGeometry").outputs["Normal"]
                 node = shader(tree, "TexEnvironment", {"Vector": normal}, projection=projection, interpolation=interpolation)
@@ -316,6 +360,7 @@ def add_images():
             k_cases.append(("TexEnvironment", f"{projection} {interpolation}", environment))
     for sky_type in items("TexSky", "sky_type"):
 
+        @emits
         def sky(tree, _thing, sky_type=sky_type):
             normal = shader(tree, "NewGeometry").outputs["Normal"]
             node = shader(tree, "TexSky", sky_type=sky_type)
@@ -326,7 +371,7 @@ def add_images():
 
         k_cases.append(("TexSky", sky_type, sky))
 
-    @case("TexIES", "INTERNAL")
+    @case("TexIES", "INTERNAL", emits=True)
     def profile(tree, _thing):
         text = bpy.data.texts.get("profile") or bpy.data.texts.new("profile")
         text.from_string(k_profile)
@@ -375,20 +420,21 @@ def add_groups():
 
     for depth in (1, 2, 6):
 
+        @emits
         def groups(tree, _thing, depth=depth):
             source = shader(tree, "NewGeometry").outputs["Normal"]
             return emitted(tree, nested(tree, depth, source))
 
         k_cases.append(("Group", f"{depth} deep", groups))
 
-    @case("Group", "muted node")
+    @case("Group", "muted node", emits=True)
     def muted(tree, _thing):
         source = shader(tree, "NewGeometry").outputs["Normal"]
         node = shader(tree, "Gamma", {"Color": source, "Gamma": 3.0})
         node.mute = True
         return emitted(tree, node.outputs[0])
 
-    @case("Group", "muted link")
+    @case("Group", "muted link", emits=True)
     def muted_link(tree, _thing):
         node = shader(tree, "Gamma", {"Color": (0.2, 0.5, 0.3, 1.0), "Gamma": 2.0})
         link = tree.links.new(shader(tree, "NewGeometry").outputs["Normal"], node.inputs[0])
@@ -396,9 +442,10 @@ def add_groups():
         return emitted(tree, node.outputs[0])
 
 
-def surface_cases():
-    """[(node, label, build)] in a fixed order."""
+def cases_of(kind):
+    """[(node, label, build)] of the kind "surface" or "input", in a fixed order."""
     k_cases.clear()
+    k_emitting.clear()
     add_simple_shaders()
     add_mixes()
     add_principled()
@@ -406,4 +453,4 @@ def surface_cases():
     add_normals()
     add_images()
     add_groups()
-    return list(k_cases)
+    return [found for found in k_cases if (found[2] in k_emitting) == (kind == "input")]

@@ -22,6 +22,30 @@ std::shared_ptr<const Program> compile(std::vector<GraphNode> nodes) {
   return compile_material(graph, "benchmark", {}, report);
 }
 
+// Seven textures mixed by each other, over a diffuse surface.
+std::shared_ptr<const Program> heavy() {
+  const GraphLink at{0, "Object"};
+  const auto mix = [](GraphLink factor, GraphLink a, GraphLink b) {
+    return make_node("MixRGB", {{"Fac", factor}, {"Color1", a}, {"Color2", b}});
+  };
+  return compile(
+      {make_node("TexCoord"),
+       make_node("TexNoise",
+                 {{"Vector", at}, {"Scale", 3.0f}, {"Detail", 8.0f}, {"Roughness", 0.6f}, {"Distortion", 0.5f}}),
+       make_node("TexNoise", {{"Vector", at}, {"Scale", 20.0f}, {"Detail", 4.0f}}),
+       make_node("TexVoronoi", {{"Vector", at}, {"Scale", 6.0f}}),
+       make_node("TexVoronoi", {{"Vector", at}, {"Scale", 11.0f}}),
+       make_node("TexMusgrave", {{"Vector", at}, {"Scale", 5.0f}, {"Detail", 6.0f}}),
+       make_node("TexBrick", {{"Vector", at}, {"Scale", 4.0f}}),
+       make_node("TexWave", {{"Vector", at}, {"Scale", 2.0f}, {"Distortion", 3.0f}, {"Detail", 3.0f}}),
+       make_node("TexMagic", {{"Vector", at}, {"Scale", 3.0f}}),
+       mix(GraphLink{4, "Distance"}, GraphLink{1, "Color"}, GraphLink{3, "Color"}),
+       mix(GraphLink{5, "Fac"}, GraphLink{8, "Color"}, GraphLink{1, "Color"}),
+       mix(GraphLink{7, "Fac"}, GraphLink{6, "Color"}, GraphLink{10, "Color"}),
+       mix(GraphLink{2, "Fac"}, GraphLink{9, "Color"}, GraphLink{11, "Color"}),
+       make_node("BsdfDiffuse", {{"Color", GraphLink{12, "Color"}}})});
+}
+
 std::shared_ptr<const Program> material(int which) {
   switch (which) {
     case 0:
@@ -39,12 +63,18 @@ std::shared_ptr<const Program> material(int which) {
                       make_node("MixShader", {{"Fac", GraphLink{0, "Fresnel"}},
                                               {"Shader", GraphLink{1, "BSDF"}},
                                               {"Shader_001", GraphLink{2, "BSDF"}}})});
+    case 6:
+      return compile({make_node("TexCoord"), make_node("TexVoronoi", {{"Vector", GraphLink{0, "Object"}}}),
+                      make_node("BsdfDiffuse", {{"Color", GraphLink{1, "Color"}}})});
+    case 7:  // the material of tests/scenes/make_procedural.py
+      return heavy();
     default:
       return compile({make_node("TexCoord"), make_node("TexNoise", {{"Vector", GraphLink{0, "Object"}}}),
                       make_node("BsdfDiffuse", {{"Color", GraphLink{1, "Color"}}})});
   }
 }
-constexpr const char* k_names[] = {"diffuse", "principled constant", "principled varying", "glass", "paint", "noise"};
+constexpr const char* k_names[] = {"diffuse", "principled constant", "principled varying", "glass", "paint", "noise",
+                                   "voronoi", "heavy procedural"};
 
 ShadingPoint make_point() {
   ShadingPoint point;
@@ -54,15 +84,16 @@ ShadingPoint make_point() {
 
 void fill_lobes(benchmark::State& state) {
   const auto program = material(static_cast<int>(state.range(0)));
-  const ShadingPoint point = make_point();
+  ShadingPoint point = make_point();
   Bsdf bsdf;
   for (auto _ : state) {
+    point.p_world.x += 1e-3f;  // patterns cost differently from place to place
     program->evaluate(point, nullptr, bsdf);
     benchmark::DoNotOptimize(bsdf);
   }
   state.SetLabel(k_names[state.range(0)]);
 }
-BENCHMARK(fill_lobes)->DenseRange(0, 5);
+BENCHMARK(fill_lobes)->DenseRange(0, 7);
 
 void evaluate(benchmark::State& state) {
   const auto program = material(static_cast<int>(state.range(0)));

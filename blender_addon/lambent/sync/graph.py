@@ -8,7 +8,9 @@ that lead to it. What a socket receives is either a constant (a number, a list, 
 socket is one of those that default to something of the surface (normals, texture coordinates).
 """
 
-from . import node_properties
+import bpy
+
+from . import node_properties, udim
 
 _FOLDED_CONSTANTS = ("ShaderNodeValue", "ShaderNodeRGB")
 _NUMBERS = ("VALUE", "INT", "BOOLEAN")
@@ -25,7 +27,7 @@ NOTHING = _Nothing()
 
 
 class GraphBuilder:
-    """Builds one GRAPH. images: callable(bpy image, its ImageUser or None) -> image id or None."""
+    """Builds one GRAPH. images: callable(bpy image, its ImageUser or None, tile number or None) -> image id or None."""
 
     def __init__(self, edits, owner_name, images):
         self._edits = edits
@@ -87,6 +89,8 @@ class GraphBuilder:
             return self._follow_group(node, socket, path)
         if kind in _FOLDED_CONSTANTS:
             return _constant(socket), socket.type
+        if kind == "ShaderNodeAttribute" and getattr(node, "attribute_type", "") == "VIEW_LAYER":
+            return _view_layer_attribute(node, socket), socket.type
         index = self._node_index(node, path)
         if index is None:
             return NOTHING, None
@@ -135,6 +139,9 @@ class GraphBuilder:
             if value is not None:
                 inputs[socket.identifier] = value
         properties = node_properties.read(node, self._images, self._edits, self._owner_name)
+        self._map_inside(node, inputs, properties)
+        if node.bl_idname == "ShaderNodeTexImage" and node.image is not None and node.image.source == "TILED":
+            return self._tiled_image(key, node, inputs, properties)
         target = properties.pop("object_transform", None)
         kind = node.bl_idname[len("ShaderNode") :] if node.bl_idname.startswith("ShaderNode") else node.bl_idname
         index = self.add(kind, node.name, inputs, properties)
@@ -142,6 +149,33 @@ class GraphBuilder:
         if target is not None:
             self._object_coordinates(index, node, target)
         return index
+
+    def _tiled_image(self, key, node, inputs, properties):
+        vector = inputs.get("Vector")
+        if vector is None:
+            vector = {"link": [self.add("TexCoord", node.name, {}), "UV"]}
+        tiles = [(tile.number, self._images(node.image, node.image_user, tile.number)) for tile in node.image.tiles]
+        outputs = udim.add(self, node.name, vector, properties, [tile for tile in tiles if tile[1] is not None])
+        index = outputs["Color"][0]
+        self._indices[key] = index
+        for output, link in outputs.items():
+            self._redirected[(index, output)] = link
+        return index
+
+    def _map_inside(self, node, inputs, properties):
+        """The mapping inside a texture node as a Mapping node before it."""
+        mapping = properties.pop("texture_mapping", None)
+        if mapping is None:
+            return
+        vector = inputs.get("Vector")
+        if vector is None:
+            kind = "UV" if node.bl_idname == "ShaderNodeTexImage" else "Generated"
+            vector = {"link": [self.add("TexCoord", node.name, {}), kind]}
+        kind, location, rotation, scale = mapping
+        mapped = self.add(
+            "Mapping", node.name, {"Vector": vector, "Location": location, "Rotation": rotation, "Scale": scale}, {"vector_type": kind}
+        )
+        inputs["Vector"] = {"link": [mapped, "Vector"]}
 
     def _object_coordinates(self, index, node, target):
         """Texture coordinates of another object: Mapping of type TEXTURE undoes that object's transform."""
@@ -176,6 +210,17 @@ class GraphBuilder:
         if to_type == "VECTOR" and isinstance(value, list):
             return value[:3]
         return value
+
+
+def _view_layer_attribute(node, socket):
+    """What an Attribute node reads of the view layer or the scene: the same everywhere, so a constant."""
+    from . import material
+
+    context = bpy.context
+    value = material.datablock_attribute((context.view_layer, context.scene), node.attribute_name) or [0.0] * 4
+    if socket.identifier == "Alpha":
+        return value[3]
+    return sum(value[:3]) / 3.0 if socket.identifier == "Fac" else value[:3]
 
 
 def _as_color(value):

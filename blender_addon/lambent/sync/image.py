@@ -12,15 +12,15 @@ _ALPHA = {"STRAIGHT": "straight", "PREMUL": "premultiplied", "CHANNEL_PACKED": "
 _EXTENSIONS = {"JPEG": ".jpg", "JPEG2000": ".jp2", "OPEN_EXR": ".exr", "OPEN_EXR_MULTILAYER": ".exr", "TARGA": ".tga", "TIFF": ".tif"}
 
 
-def export_image(edits, image, image_user):
-    """Puts an image as image_user (or None) shows it and returns its id, or None where it holds nothing.
+def export_image(edits, image, image_user, tile=None):
+    """Puts an image as image_user (or None) shows it, or one UDIM tile of it; returns its id, or None where it holds nothing.
 
     A file that is missing is put by its path all the same: the daemon names it.
     """
     sequence = image.source in ("SEQUENCE", "MOVIE")
-    path = _path(image, image_user)
+    path = _path(image, image_user) if tile is None else _tile_path(image, tile)
     # Different frames of one sequence are different images.
-    identifier = f"{image.name_full}|{os.path.basename(path)}" if sequence else image.name_full
+    identifier = f"{image.name_full}|{os.path.basename(path)}" if sequence or tile is not None else image.name_full
     if edits.contains("image", identifier):
         return identifier
     value = {
@@ -28,14 +28,18 @@ def export_image(edits, image, image_user):
         "colorspace": image.colorspace_settings.name,
         "alpha": _ALPHA.get(image.alpha_mode, "straight"),
     }
-    if image.source == "TILED":
-        edits.unsupported(image.name_full, f"{image.name_full}: UDIM tiles are not supported; the first tile is used")
-    if image.packed_file is not None and not image.is_dirty and image.source != "TILED":
+    if image.source == "TILED" and tile is None:
+        edits.unsupported(image.name_full, f"{image.name_full}: UDIM tiles of an environment are not supported; the first is used")
+    packed = _packed_tile(image, path) if tile is not None else None
+    if packed is not None:
+        value["encoded"] = edits.array(np.frombuffer(packed.data, np.uint8))
+        value["extension"] = os.path.splitext(path)[1].lower()
+    elif image.packed_file is not None and not image.is_dirty and image.source != "TILED":
         value["encoded"] = edits.array(np.frombuffer(image.packed_file.data, np.uint8))
         value["extension"] = os.path.splitext(path)[1].lower() or _EXTENSIONS.get(
             image.file_format, "." + image.file_format.lower()
         )
-    elif image.source in ("GENERATED", "VIEWER", "MOVIE") or image.is_dirty:
+    elif tile is None and (image.source in ("GENERATED", "VIEWER", "MOVIE") or image.is_dirty):
         if not _put_pixels(edits, image, value):
             return None
     elif path:
@@ -52,6 +56,19 @@ def _path(image, image_user):
     else:
         path = image.filepath
     return os.path.normpath(bpy.path.abspath(path, library=image.library)) if path else ""
+
+
+def _tile_path(image, tile):
+    """The file of one tile, its number put where the image's path has the mark for it."""
+    row, column = divmod(tile - 1001, 10)
+    path = image.filepath.replace("<UDIM>", str(tile)).replace("<UVTILE>", f"u{column + 1}_v{row + 1}")
+    return os.path.normpath(bpy.path.abspath(path, library=image.library)) if path else ""
+
+
+def _packed_tile(image, path):
+    """The packed file of a tile, or None: packed files keep the paths that they came from."""
+    name = os.path.basename(path)
+    return next((item.packed_file for item in image.packed_files if os.path.basename(item.filepath) == name), None)
 
 
 def _put_pixels(edits, image, value):

@@ -10,7 +10,7 @@ from .graph import GraphBuilder
 
 def export_graph(edits, datablock, outputs):
     """The GRAPH of a material, world or light with the given outputs; None where there is no output node."""
-    builder = GraphBuilder(edits, datablock.name_full, lambda found, user: image.export_image(edits, found, user))
+    builder = GraphBuilder(edits, datablock.name_full, lambda found, user, tile=None: image.export_image(edits, found, user, tile))
     graph = builder.build(datablock.node_tree, outputs)
     if graph is None:
         return None
@@ -65,6 +65,37 @@ def attribute_names(materials):
         elif node.bl_idname == "ShaderNodeVertexColor":
             names.add(node.layer_name)
     return names
+
+
+def object_attribute_names(materials):
+    """Names that nodes of these materials look up on objects or instancers, groups included."""
+    return {
+        node.attribute_name
+        for node in _all_nodes(materials)
+        if node.bl_idname == "ShaderNodeAttribute" and node.attribute_type in ("OBJECT", "INSTANCER") and node.attribute_name
+    }
+
+
+def datablock_attribute(datablocks, name):
+    """[r, g, b, a] of the first of some datablocks that has a custom property or property path of a name, else None.
+
+    As Blender: a number counts for all channels, and alpha is 1 where there is none.
+    """
+    for datablock in datablocks:
+        for path in (f'["{name}"]', name):
+            try:
+                value = datablock.path_resolve(path)
+            except (AttributeError, ValueError):
+                continue
+            if isinstance(value, (bool, int, float)):
+                return [float(value)] * 3 + [1.0]
+            try:
+                numbers = [float(component) for component in value]
+            except (TypeError, ValueError):
+                continue
+            if 1 <= len(numbers) <= 4:
+                return (numbers + [0.0] * 3)[:3] + (numbers[3:] or [1.0])
+    return None
 
 
 def any_node(materials, kinds):

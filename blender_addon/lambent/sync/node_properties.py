@@ -16,7 +16,8 @@ _BASE_PROPERTIES = frozenset(bpy.types.Node.bl_rna.properties.keys()) | {"node_t
 def read(node, images, edits, owner_name):
     """{property: number, boolean, string or list}, with image, ramp and curves as the protocol has them.
 
-    "object_transform" is not a property of the protocol: (location, rotation, scale) of the object a node points to.
+    Two are not properties of the protocol: "object_transform", (location, rotation, scale) of the object a node points to, and
+    "texture_mapping", (vector type, location, rotation, scale) of the mapping inside a texture node that has one.
     """
     found = {}
     for definition in node.bl_rna.properties:
@@ -76,6 +77,8 @@ def _read_pointer(node, name, value, images, edits, owner_name, found):
     if value is None:
         return
     if isinstance(value, bpy.types.Image):
+        if value.source == "TILED" and node.bl_idname == "ShaderNodeTexImage":
+            return  # graph.py makes a node for each tile.
         identifier = images(value, getattr(node, "image_user", None))
         if identifier is not None:
             found["image"] = identifier
@@ -89,7 +92,12 @@ def _read_pointer(node, name, value, images, edits, owner_name, found):
         found["object_transform"] = (location, rotation.to_euler("XYZ"), scale)
     elif isinstance(value, bpy.types.TexMapping):
         if not _is_identity(value):
-            edits.unsupported(owner_name, f"{owner_name}: the mapping inside node '{node.name}' is ignored; use a Mapping node")
+            found["texture_mapping"] = (value.vector_type, list(value.translation), list(value.rotation), list(value.scale))
+            if not _is_plain(value):
+                edits.unsupported(
+                    owner_name,
+                    f"{owner_name}: node '{node.name}': of the mapping inside it, limits, exchanged axes and projection are ignored",
+                )
     elif isinstance(value, bpy.types.Text) and node.bl_idname != "ShaderNodeTexIES":
         edits.unsupported(owner_name, f"{owner_name}: the text that node '{node.name}' reads ({value.name}) is ignored")
 
@@ -132,7 +140,14 @@ def _is_identity(mapping):
         not any(mapping.translation)
         and not any(mapping.rotation)
         and all(component == 1.0 for component in mapping.scale)
-        and not mapping.use_min
+        and _is_plain(mapping)
+    )
+
+
+def _is_plain(mapping):
+    """Whether location, rotation and scale are all that a TexMapping has."""
+    return (
+        not mapping.use_min
         and not mapping.use_max
         and (mapping.mapping_x, mapping.mapping_y, mapping.mapping_z) == ("X", "Y", "Z")
         and mapping.mapping == "FLAT"

@@ -49,6 +49,7 @@ class ObjectExporter:
         self._converted = set()
         materials = bpy.data.materials
         self._attribute_names = material.attribute_names(materials)
+        self._object_attribute_names = material.object_attribute_names(materials)
         self._random_ids = material.any_node(materials, ("ShaderNodeObjectInfo", "ShaderNodeParticleInfo"))
 
     def export(self, should_stop):
@@ -117,7 +118,7 @@ class ObjectExporter:
             identifier = light.export_light(self._edits, found.data, owner.lightgroup)
             value = None if identifier is None else {"light": identifier}
         elif found.type in _CONVERTIBLE:
-            value = self._begin_surface(found, owner)
+            value = self._begin_surface(found, owner, parent)
         else:
             if found.type in _NOT_RENDERED:
                 self._edits.unsupported(name, f"{name}: {_NOT_RENDERED[found.type]} are not supported; it is left out")
@@ -133,7 +134,7 @@ class ObjectExporter:
         base = name if owner == parent else f"{parent.name_full}/{name}"
         return _unique(base, self._names), value
 
-    def _begin_surface(self, found, owner):
+    def _begin_surface(self, found, owner, parent):
         if not self._surfaces:
             return None
         identifier = self._mesh(found, owner)
@@ -148,7 +149,18 @@ class ObjectExporter:
             "materials": [material.export_material(self._edits, slot) for slot in slots],
             "pass_index": owner.pass_index,
             "color": list(owner.color),
+            "attributes": self._object_attributes(owner, parent),
         }
+
+    def _object_attributes(self, owner, parent):
+        """{name: [4 numbers]} of what Attribute nodes read of the object, and "INSTANCER:name" of its instancer."""
+        values = {}
+        for name in self._object_attribute_names:
+            for prefix, datablocks in (("", (owner, owner.data)), ("INSTANCER:", (parent,) if parent != owner else ())):
+                value = material.datablock_attribute(datablocks, name)
+                if value is not None:
+                    values[prefix + name] = value
+        return values
 
     def _mesh(self, found, owner):
         """The id of the mesh of an object, exported if this is its first use; None where it has no faces to show."""

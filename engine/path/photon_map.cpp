@@ -24,7 +24,7 @@ size_t PhotonMap::bytes() const {
 }
 
 void PhotonMap::build(std::span<PhotonBatch* const> batches, float cell_m, const Bounds3& bounds, uint64_t paths,
-                      int threads) {
+                      int threads, const CancelFlag& cancel) {
   paths_ = paths;
   origin_ = bounds.isEmpty() ? Vec3(0.0f) : bounds.min;
   const float extent = bounds.isEmpty() ? 1.0f : max_component(bounds.max - bounds.min);
@@ -49,10 +49,12 @@ void PhotonMap::build(std::span<PhotonBatch* const> batches, float cell_m, const
   const auto count_of = [&](uint32_t bucket) { return std::atomic_ref<uint32_t>(starts_[bucket + 1]); };
   const auto work = [&] {
     tbb::parallel_for(size_t{0}, batches.size(), [&](size_t b) {
+      if (cancel.cancelled()) return;
       std::copy(batches[b]->records.begin(), batches[b]->records.end(), records_.begin() + first_record[b]);
       for (const Photon& photon : batches[b]->photons)
         count_of(bucket_of(cell_of(photon.p_world))).fetch_add(1, std::memory_order_relaxed);
     });
+    if (cancel.cancelled()) return;
     // starts_[b + 1] holds the count of bucket b: turn it into where b begins, as a cursor that ends at b + 1's begin.
     uint32_t running = 0;
     for (uint32_t b = 0; b < buckets; ++b) running += std::exchange(starts_[b + 1], running);
@@ -68,6 +70,7 @@ void PhotonMap::build(std::span<PhotonBatch* const> batches, float cell_m, const
     };
     constexpr uint32_t k_grain = 4096;
     tbb::parallel_for(uint32_t{0}, (buckets + k_grain - 1) / k_grain, [&](uint32_t chunk) {
+      if (cancel.cancelled()) return;
       for (uint32_t b = chunk * k_grain, end = std::min(buckets, b + k_grain); b < end; ++b)
         if (starts_[b + 1] - starts_[b] > 1)
           std::sort(photons_.begin() + starts_[b], photons_.begin() + starts_[b + 1],
@@ -78,6 +81,7 @@ void PhotonMap::build(std::span<PhotonBatch* const> batches, float cell_m, const
     tbb::task_arena(threads).execute(work);
   else
     work();
+  if (cancel.cancelled()) photons_.clear();
 }
 
 }  // namespace lambent

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/base/cancel.h"
 #include "engine/path/photon.h"
 
 namespace lambent {
@@ -17,7 +18,9 @@ class PhotonMap {
   /// @param cell_m edge of a cell: about twice the usual radius. At most 2^20 cells a side are told apart
   /// @param paths light walks that the photons stand for
   /// @param threads to build with; 0: all. Linear in the photons
-  void build(std::span<PhotonBatch* const> batches, float cell_m, const Bounds3& bounds, uint64_t paths, int threads);
+  /// @param cancel once it is set the rest is left undone and the map is empty
+  void build(std::span<PhotonBatch* const> batches, float cell_m, const Bounds3& bounds, uint64_t paths, int threads,
+             const CancelFlag& cancel);
 
   bool empty() const { return photons_.empty(); }
   size_t size() const { return photons_.size(); }

@@ -84,7 +84,7 @@ class Bidirectional final : public Integrator {
     for (Tile& tile : tiles_) batches.push_back(&tile.batch);
     const float cell = k_cell_size * settings_.merge_radius_px * typical_footprint_m_;
     photons_.build(batches, std::min(cell, 4.0f * scene_->lights().scene_radius()), scene_->geometry().bounds_world(),
-                   merge_paths_, settings_.threads);
+                   merge_paths_, settings_.threads, cancel);
     pass_.photons = &photons_;
     return {};
   }

@@ -45,6 +45,14 @@ uint8_t light_walk_flags(const Scene& scene, const SurfaceHit& surface, const Pr
   return scatters ? k_light_arrives | k_light_scatters : k_light_arrives;
 }
 
+LightWalk::LightWalk(const Scene& scene, const LightWalkSettings& settings) : scene_(scene), settings_(settings) {
+  const size_t room = static_cast<size_t>(settings.max_vertices) + 2;
+  pdfs_.own.resize(room);
+  pdfs_.other.resize(room);
+  pdfs_.connectible.resize(room);
+  vertices_.reserve(std::min<size_t>(room, 16));
+}
+
 LightVertex& LightWalk::next_vertex() {
   if (count_ == static_cast<int>(vertices_.size())) vertices_.emplace_back();
   return vertices_[static_cast<size_t>(count_)];
@@ -66,12 +74,6 @@ void LightWalk::trace(const Sampler& sampler) {
   if (is_black(throughput) || !is_finite(throughput)) return;
   can_be_hit_ = start.traits->hit_by_rays && !start.is_delta_position && !start.is_delta_direction;
 
-  const size_t room = static_cast<size_t>(settings_.max_vertices) + 2;
-  if (pdfs_.own.size() < room) {
-    pdfs_.own.resize(room);
-    pdfs_.other.resize(room);
-    pdfs_.connectible.resize(room);
-  }
   Ray ray{start.p_light_world, 0.0f, start.direction_world, k_infinity, mask_at(1)};
   if (lights.kind(light_) == LightKind::triangle) {
     const SurfaceHit on_light = scene_.geometry().surface(start.instance, start.triangle, start.uv);

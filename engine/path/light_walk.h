@@ -52,7 +52,7 @@ struct LightScatter {
 /// Traces one walk and keeps its vertices until the next. Memory is reused. One thread's.
 class LightWalk {
  public:
-  LightWalk(const Scene& scene, const LightWalkSettings& settings) : scene_(scene), settings_(settings) {}
+  LightWalk(const Scene& scene, const LightWalkSettings& settings);
 
   /// Walks from a light chosen by power. Vertices on surfaces that do not let light walks scatter are kept with an
   /// empty bsdf: they serve merging alone.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 
 #include "engine/base/check.h"
 #include "engine/base/hash.h"
@@ -90,8 +91,8 @@ class Bidirectional final : public Integrator {
   }
 
   RayCounts render_tile(Film& film, int tile, int64_t target_samples, const CancelFlag& cancel) override {
-    RayCounts counts;
-    bidirectional::Kernel<profile> kernel(*scene_, settings_, pass_, &film, counts);
+    const KernelLoan loan(*this, film);
+    Kernel& kernel = *loan.kernel;
     TileWriter writer(film, tile);
     Tile* kept = pass_.set.merging ? &tiles_[static_cast<size_t>(tile)] : nullptr;
     if (kept) kept->batch.clear();
@@ -120,10 +121,30 @@ class Bidirectional final : public Integrator {
       }
     if (kept) kept->complete_sample = whole && one_each ? target_samples - 1 : k_none;
     if (film.takes_splats()) film.add_light_paths(paths);
-    return counts;
+    return kernel.take_counts();
   }
 
  private:
+  using Kernel = bidirectional::Kernel<profile>;
+  /// A kernel, with its memory, for the time of one piece of work.
+  struct KernelLoan {
+    KernelLoan(Bidirectional& from, Film& film) : owner(from) {
+      const std::lock_guard lock(owner.kernels_mutex_);
+      if (owner.kernels_.empty()) {
+        kernel = std::make_unique<Kernel>(*owner.scene_, owner.settings_, owner.pass_, film);
+      } else {
+        kernel = std::move(owner.kernels_.back());
+        owner.kernels_.pop_back();
+      }
+    }
+    ~KernelLoan() {
+      const std::lock_guard lock(owner.kernels_mutex_);
+      owner.kernels_.push_back(std::move(kernel));
+    }
+    Bidirectional& owner;
+    std::unique_ptr<Kernel> kernel;
+  };
+
   static constexpr int64_t k_none = -2;  // -1 is the sample whose photons the first pass merges with
   struct Tile {
     PhotonBatch batch;
@@ -137,7 +158,7 @@ class Bidirectional final : public Integrator {
     context.sample = sample;
   }
 
-  Vec4 camera_sample(bidirectional::Kernel<profile>& kernel, const Sampler& sampler, int x, int y) const {
+  Vec4 camera_sample(Kernel& kernel, const Sampler& sampler, int x, int y) const {
     const Vec2 offset = settings_.filter.sample(sampler.get_2d(k_dimension_pixel_filter));
     const Vec2 raster(static_cast<float>(x) + 0.5f + offset.x, static_cast<float>(y) + 0.5f + offset.y);
     const Vec2 lens = scene_->profile().depth_of_field ? sampler.get_2d(k_dimension_lens) : Vec2(0.0f);
@@ -153,20 +174,20 @@ class Bidirectional final : public Integrator {
   }
 
   RayCounts trace_photons(Film& film, int64_t sample, int tile, const CancelFlag& cancel) {
-    RayCounts counts;
-    bidirectional::Kernel<profile> kernel(*scene_, settings_, pass_, &film, counts);
+    const KernelLoan loan(*this, film);
+    Kernel& kernel = *loan.kernel;
     Tile& kept = tiles_[static_cast<size_t>(tile)];
     kept.batch.clear();
     const Rectangle& r = film.tiles()[tile];
     for (int y = r.y; y < r.y + r.height; ++y)
       for (int x = r.x; x < r.x + r.width; ++x) {
-        if (cancel.cancelled()) return counts;
+        if (cancel.cancelled()) return kernel.take_counts();
         if (!leaves_photons(x, y)) continue;
         enter(x, y, sample);
         kernel.light_sample(Sampler(settings_.seed, x, y, static_cast<uint32_t>(sample)), &kept.batch, /*silent=*/true);
       }
     kept.complete_sample = sample;
-    return counts;
+    return kernel.take_counts();
   }
 
   int begin_shared() {
@@ -192,6 +213,8 @@ class Bidirectional final : public Integrator {
   const std::shared_ptr<const Scene> scene_;
   const IntegratorSettings settings_;
   bidirectional::Pass pass_;
+  std::mutex kernels_mutex_;
+  std::vector<std::unique_ptr<Kernel>> kernels_;  ///< that no thread uses
   std::vector<Tile> tiles_;
   std::vector<int> missing_;
   PhotonMap photons_;

@@ -42,14 +42,8 @@ LightWalkSettings walk_settings(const IntegratorSettings& settings, const Pass& 
 }
 
 template <KernelProfile profile>
-Kernel<profile>::Kernel(const Scene& scene, const IntegratorSettings& settings, const Pass& pass, Film* film,
-                        RayCounts& counts)
-    : scene_(scene),
-      settings_(settings),
-      pass_(pass),
-      film_(film),
-      counts_(counts),
-      walk_(scene, walk_settings(settings, pass)) {
+Kernel<profile>::Kernel(const Scene& scene, const IntegratorSettings& settings, const Pass& pass, Film& film)
+    : scene_(scene), settings_(settings), pass_(pass), film_(film), walk_(scene, walk_settings(settings, pass)) {
   if (settings.light_threshold > 0.0f) threshold_scale_ = std::fabs(settings.exposure) / settings.light_threshold;
 }
 
@@ -437,7 +431,7 @@ void Kernel<profile>::connect_to_lens(const LightWalk& walk, const LightVertex& 
   if (!vertex.bsdf.has_non_delta()) return;
   const CameraConnection lens = scene_.camera().project(vertex.surface.p_world, u_lens);
   if (!lens.valid || vertex.depth - 1 > walk.traits().max_bounces) return;
-  const Rectangle& region = film_->region();
+  const Rectangle& region = film_.region();
   const float reach = settings_.filter.radius_px();
   if (lens.raster_px.x + reach <= static_cast<float>(region.x) ||
       lens.raster_px.y + reach <= static_cast<float>(region.y) ||
@@ -495,7 +489,7 @@ void Kernel<profile>::splat(const Vec2& raster_px, const Color& contribution, fl
     for (int i = first; i < end; ++i)
       weights.push_back(settings_.filter.density_axis(at - static_cast<float>(i) - 0.5f));
   };
-  const Rectangle& region = film_->region();
+  const Rectangle& region = film_.region();
   const auto first_of = [&](float at, int low) { return std::max(static_cast<int>(std::floor(at - reach)), low); };
   const auto end_of = [&](float at, int high) { return std::min(static_cast<int>(std::floor(at + reach)) + 1, high); };
   const int x0 = first_of(raster_px.x, region.x), x1 = end_of(raster_px.x, region.x + region.width);
@@ -511,7 +505,7 @@ void Kernel<profile>::splat(const Vec2& raster_px, const Color& contribution, fl
         if (u * k_thin_share >= density) continue;
         density = k_thin_share;
       }
-      film_->splat(x, y, contribution * density);
+      film_.splat(x, y, contribution * density);
     }
 }
 

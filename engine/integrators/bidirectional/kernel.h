@@ -2,6 +2,8 @@
 // each other. Compiled once for each KernelProfile; which techniques run is data (TechniqueSet).
 #pragma once
 
+#include <utility>
+
 #include "engine/integrators/integrator.h"
 #include "engine/path/light_walk.h"
 #include "engine/path/path_pdfs.h"
@@ -28,8 +30,11 @@ LightWalkSettings walk_settings(const IntegratorSettings& settings, const Pass& 
 template <KernelProfile profile>
 class Kernel {
  public:
-  /// @param film takes the splats; null if the set has no light tracing
-  Kernel(const Scene& scene, const IntegratorSettings& settings, const Pass& pass, Film* film, RayCounts& counts);
+  /// Keeps references to all of them. @param film takes the splats
+  Kernel(const Scene& scene, const IntegratorSettings& settings, const Pass& pass, Film& film);
+
+  /// What was traced since this was last asked.
+  RayCounts take_counts() { return std::exchange(counts_, {}); }
 
   /// Traces the sample's light walk, connects it to the lens unless `silent`, and appends its photons if there is a
   /// batch.
@@ -99,8 +104,8 @@ class Kernel {
   const Scene& scene_;
   const IntegratorSettings& settings_;
   const Pass& pass_;
-  Film* film_;
-  RayCounts& counts_;
+  Film& film_;
+  RayCounts counts_;
   LightWalk walk_;
   LightWalk::Scratch scratch_;
   PathPdfs pdfs_;       ///< the camera walk's, with what it is joined to

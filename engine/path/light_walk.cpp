@@ -38,11 +38,11 @@ float light_walk_density(const LightSet& lights, LightIndex light, const Vec3& n
 }
 
 uint8_t light_walk_flags(const Scene& scene, const SurfaceHit& surface, const Program& program) {
-  constexpr uint32_t k_scattered = k_visible_diffuse | k_visible_glossy | k_visible_transmission;
   const uint32_t visibility = scene.geometry().instance(surface.instance).visibility;
   if (!(visibility & k_visible_diffuse)) return 0;
-  const bool scatters = (visibility & k_scattered) == k_scattered && !program.traits().path_dependent;
-  return scatters ? k_light_arrives | k_light_scatters : k_light_arrives;
+  const bool scatters = (visibility & k_visible_scattered) == k_visible_scattered && !program.traits().path_dependent;
+  return static_cast<uint8_t>(k_light_arrives | (scatters ? k_light_scatters : 0) |
+                              (visibility & k_visible_shadow ? k_light_begins : 0));
 }
 
 LightVertex& LightWalk::next_vertex() {
@@ -126,15 +126,15 @@ void LightWalk::trace(const Sampler& sampler) {
       vertex.bsdf.begin(point);
     }
     if (depth == 1) {
-      vertex.own_area =
-          light_walk_density(lights, light_, start.n_light_world, start.direction_world, distance, &conditional_) *
-          cos_here;
-      conditional_ *= cos_here;
+      vertex.own_area = light_walk_density(lights, light_, start.n_light_world, start.direction_world, distance,
+                                           &vertex.conditional) *
+                        cos_here;
+      vertex.conditional *= cos_here;
       const Vec3 receiver_normal = light_receiver_normal(vertex.bsdf, vertex.ng_world);
       const LightIndex light = light_;
-      next_event_ = lights.is_delta(light) ? lights.prob_selection(surface.p_world, receiver_normal, light)
-                                           : lights.pdf_solid_angle(surface.p_world, receiver_normal, light,
-                                                                    vertex.wi_world, distance, start.uv);
+      vertex.next_event = lights.is_delta(light) ? lights.prob_selection(surface.p_world, receiver_normal, light)
+                                                 : lights.pdf_solid_angle(surface.p_world, receiver_normal, light,
+                                                                          vertex.wi_world, distance, start.uv);
     }
     if (!(vertex.own_area > 0.0f)) return;
     ++count_;
@@ -189,6 +189,10 @@ void LightWalk::trace(const Sampler& sampler) {
     }
     pdfs_.own[static_cast<size_t>(depth)] = vertex.own_area;
     pdfs_.connectible[static_cast<size_t>(depth)] = !delta;
+    if (depth == 1) {
+      pdfs_.next_event = vertex.next_event;
+      pdfs_.conditional = vertex.conditional;
+    }
     pdfs_.other[static_cast<size_t>(depth) - 1] = depth == 1 ? to_light : to_light * vertex.previous_per_solid_angle;
 
     // Limits.

@@ -137,6 +137,7 @@ Color Kernel<profile>::visibility(const Ray& ray, uint32_t ray_kind, int transpa
   ++counts_.rays;
   PathCounts counts = path_counts();
   counts.ray_kind = ray_kind;
+  if (ray_kind != k_ray_camera) ++counts.depth;
   counts.transparent = transparent_before;
   return segment_transmittance<k_transparency>(scene_, ray, counts, settings_.bounces.transparent);
 }
@@ -161,9 +162,9 @@ void Kernel<profile>::append_light(PathPdfs& pdfs, int index, const LightWalk& w
     pdfs.flags[i] = static_cast<uint8_t>((walked.connectible[d] ? k_connectible : 0) | k_light);
   }
   if (depth > 1) pdfs.camera[index + 1] = scatter.to_light * vertex.previous_per_solid_angle;
-  pdfs.next_event = walk.next_event();
+  pdfs.next_event = depth > 1 ? walked.next_event : vertex.next_event;
   pdfs.scatter = !walk.can_be_hit() ? 0.0f : depth > 1 ? walked.other[0] : scatter.to_light;
-  pdfs.light_conditional = walk.conditional();
+  pdfs.light_conditional = depth > 1 ? walked.conditional : vertex.conditional;
 }
 
 // --- Emission that the camera walk meets ---------------------------------------------------------------------------
@@ -180,8 +181,10 @@ float Kernel<profile>::emission_weight(LightIndex light, const Vec3& n_light, co
                                                                          direction, distance, uv)
                                        : 0.0f;
   const float cosine = std::fabs(dot(last_.ng_world, direction));
-  pdfs_.light[m_] =
-      cosine * light_walk_density(scene_.lights(), light, n_light, -direction, distance, &pdfs_.light_conditional);
+  pdfs_.light[m_] = !(pdfs_.flags[m_] & k_light_begins)
+                        ? 0.0f
+                        : cosine * light_walk_density(scene_.lights(), light, n_light, -direction, distance,
+                                                      &pdfs_.light_conditional);
   pdfs_.light_conditional *= cosine;
   return weigh(pdfs_, Technique::emission_hit, m_, reach_);
 }
@@ -196,7 +199,7 @@ void Kernel<profile>::add_lamps(const Ray& ray, float t_end) {
   const float before = origin == ray.origin ? 0.0f : distance_before_;
   lights.for_each_lamp(
       origin, ray.direction, before + ray.t_min, before + t_end, bounces_.ray_kind, [&](const LightHit& hit) {
-        if (bounces_.total > hit.traits->max_bounces) return;
+        if (bounces_.total - 1 > hit.traits->max_bounces) return;
         const float weight =
             emission_weight(hit.light, hit.n_light_world, ray.direction, hit.distance_m, hit.uv, *hit.traits);
         if (weight > 0.0f)
@@ -213,7 +216,7 @@ void Kernel<profile>::add_background(const Vec3& direction) {
   }
   if (!(pass_.set.emission || only_delta_)) return;
   scene_.lights().for_each_infinite(direction, bounces_.ray_kind, [&](const LightHit& hit) {
-    if (bounces_.total > hit.traits->max_bounces) return;
+    if (bounces_.total - 1 > hit.traits->max_bounces) return;
     const float weight = emission_weight(hit.light, hit.n_light_world, direction, k_infinity, hit.uv, *hit.traits);
     if (weight > 0.0f)
       add(throughput_ * scene_.light_radiance(hit, path_counts()), Technique::emission_hit, weight, hit.light,
@@ -245,9 +248,14 @@ void Kernel<profile>::next_event(const Here& here) {
   const LightSample light =
       lights.sample(here.hit.p_world, here.receiver_normal, here.numbers.light_selection, here.numbers.light_position);
   if (!light || !(light.pdf_solid_angle > 0.0f) || bounces_.total > light.traits->max_bounces) return;
-  const BsdfEval scattered = here.bsdf.eval(here.point.wi_world, light.direction_world, Transport::radiance);
+  BsdfEval scattered = here.bsdf.eval(here.point.wi_world, light.direction_world, Transport::radiance);
+  if (light.traits->hidden_from & k_visible_scattered)
+    scattered.f_cos *= share_that_sees(here.bsdf, here.point.wi_world, light.direction_world, light.traits->hidden_from,
+                                       lights.kind(light.light) == LightKind::triangle);
   if (is_black(scattered.f_cos)) return;
-  const Color radiance = scene_.sample_radiance(light, path_counts());
+  PathCounts seen_as = path_counts();
+  ++seen_as.depth;  // as a ray that goes on from here
+  const Color radiance = scene_.sample_radiance(light, seen_as);
   Color contribution = throughput_ * scattered.f_cos * radiance * (1.0f / light.pdf_solid_angle);
   if (is_black(contribution)) return;
 
@@ -264,8 +272,10 @@ void Kernel<profile>::next_event(const Here& here) {
     // Where camera walks cannot scatter (below the facet, above the smooth surface) light walks do not either.
     const float cosine =
         scattered.pdf_solid_angle > 0.0f ? std::fabs(dot(here.point.ng_world, light.direction_world)) : 0.0f;
-    pdfs_.light[here.i] = cosine * light_walk_density(lights, light.light, n_light, -light.direction_world,
-                                                      light.distance_m, &pdfs_.light_conditional);
+    pdfs_.light[here.i] = !(pdfs_.flags[here.i] & k_light_begins)
+                              ? 0.0f
+                              : cosine * light_walk_density(lights, light.light, n_light, -light.direction_world,
+                                                            light.distance_m, &pdfs_.light_conditional);
     pdfs_.light_conditional *= cosine;
     weight = weigh(pdfs_, Technique::next_event, here.i, reach_);
   }
@@ -377,6 +387,12 @@ void Kernel<profile>::merge(const Here& here, const Sampler& sampler, uint32_t e
     const PhotonRecord* record = &photons.record(photon.record);
     const int depth = record->depth, n = here.i + depth - 1;
     if (n - 1 > settings_.bounces.total) return;
+    if (record->flags & k_record_limited) {
+      const PhotonRecord* light = record;
+      while (light->depth > 0) --light;
+      if (n - 1 > scene_.lights().traits(light->light).max_bounces) return;
+    }
+    const float conditional = record->previous_per_solid_angle;  // used at depth 1
     const Vec3 wi = unpack_direction(photon.wi);
     const float cos_light = dot(ng, wi);
     if (std::fabs(dot(ng, unpack_direction(photon.normal))) < k_least_normal_agreement || std::fabs(cos_light) < 1e-6f)
@@ -414,7 +430,7 @@ void Kernel<profile>::merge(const Here& here, const Sampler& sampler, uint32_t e
       pdfs_.scatter = !(record->flags & k_record_can_be_hit) ? 0.0f
                       : depth > 1                            ? record->other
                                                              : scattered.pdf_solid_angle;
-      pdfs_.light_conditional = record->previous_per_solid_angle;
+      pdfs_.light_conditional = depth > 1 ? record->previous_per_solid_angle : conditional;
       weight = weigh(pdfs_, Technique::merging, here.i, reach_);
     }
     if (!(weight > 0.0f)) return;

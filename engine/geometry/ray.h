@@ -11,6 +11,8 @@ namespace lambent {
 inline constexpr uint32_t k_visible_camera = 1u << 0, k_visible_diffuse = 1u << 1, k_visible_glossy = 1u << 2,
                           k_visible_transmission = 1u << 3, k_visible_shadow = 1u << 4,
                           k_visible_volume_scatter = 1u << 5, k_visible_all = (1u << 6) - 1;
+/// What a surface scatters.
+inline constexpr uint32_t k_visible_scattered = k_visible_diffuse | k_visible_glossy | k_visible_transmission;
 
 /// Points origin + t·direction with t_min <= t <= t_max. World space; direction need not be unit, t counts its lengths.
 struct Ray {

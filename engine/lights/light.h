@@ -30,8 +30,8 @@ struct LightTraits {
   /// False ("multiple importance" off): no ray hits it, not even from the camera; its MIS weight when sampled is 1.
   bool hit_by_rays = true;
   int max_bounces = 1024;  ///< deeper paths do not see it
-  /// False: no walk starts at it, because what it sends depends on the path that meets it (Light Path node) or passes
-  /// through everything (no shadows). Camera walks alone find it.
+  /// False: no walk starts at it, because what it sends depends on the path that meets it (Light Path node, hidden from
+  /// some kinds of ray) or passes through everything (no shadows). Camera walks alone find it.
   bool starts_walks = true;
 };
 

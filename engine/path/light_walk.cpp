@@ -38,11 +38,11 @@ float light_walk_density(const LightSet& lights, LightIndex light, const Vec3& n
 }
 
 uint8_t light_walk_flags(const Scene& scene, const SurfaceHit& surface, const Program& program) {
-  constexpr uint32_t k_scattered = k_visible_diffuse | k_visible_glossy | k_visible_transmission;
   const uint32_t visibility = scene.geometry().instance(surface.instance).visibility;
   if (!(visibility & k_visible_diffuse)) return 0;
-  const bool scatters = (visibility & k_scattered) == k_scattered && !program.traits().path_dependent;
-  return scatters ? k_light_arrives | k_light_scatters : k_light_arrives;
+  const bool scatters = (visibility & k_visible_scattered) == k_visible_scattered && !program.traits().path_dependent;
+  return static_cast<uint8_t>(k_light_arrives | (scatters ? k_light_scatters : 0) |
+                              (visibility & k_visible_shadow ? k_light_begins : 0));
 }
 
 LightWalk::LightWalk(const Scene& scene, const LightWalkSettings& settings) : scene_(scene), settings_(settings) {
@@ -128,15 +128,15 @@ void LightWalk::trace(const Sampler& sampler) {
       vertex.bsdf.begin(point);
     }
     if (depth == 1) {
-      vertex.own_area =
-          light_walk_density(lights, light_, start.n_light_world, start.direction_world, distance, &conditional_) *
-          cos_here;
-      conditional_ *= cos_here;
+      vertex.own_area = light_walk_density(lights, light_, start.n_light_world, start.direction_world, distance,
+                                           &vertex.conditional) *
+                        cos_here;
+      vertex.conditional *= cos_here;
       const Vec3 receiver_normal = light_receiver_normal(vertex.bsdf, vertex.ng_world);
       const LightIndex light = light_;
-      next_event_ = lights.is_delta(light) ? lights.prob_selection(surface.p_world, receiver_normal, light)
-                                           : lights.pdf_solid_angle(surface.p_world, receiver_normal, light,
-                                                                    vertex.wi_world, distance, start.uv);
+      vertex.next_event = lights.is_delta(light) ? lights.prob_selection(surface.p_world, receiver_normal, light)
+                                                 : lights.pdf_solid_angle(surface.p_world, receiver_normal, light,
+                                                                          vertex.wi_world, distance, start.uv);
     }
     if (!(vertex.own_area > 0.0f)) return;
     ++count_;
@@ -191,6 +191,10 @@ void LightWalk::trace(const Sampler& sampler) {
     }
     pdfs_.own[static_cast<size_t>(depth)] = vertex.own_area;
     pdfs_.connectible[static_cast<size_t>(depth)] = !delta;
+    if (depth == 1) {
+      pdfs_.next_event = vertex.next_event;
+      pdfs_.conditional = vertex.conditional;
+    }
     pdfs_.other[static_cast<size_t>(depth) - 1] = depth == 1 ? to_light : to_light * vertex.previous_per_solid_angle;
 
     // Limits.
@@ -232,6 +236,14 @@ void LightWalk::evaluate_from(const LightVertex& vertex, const Vec3& direction, 
   scene_.fill_shading_point(vertex.surface, *vertex.binding, direction, 0.0f,
                             scene_.footprint_at(vertex.surface.p_world), seen_as, scratch.point);
   vertex.binding->program->evaluate(scratch.point, scene_.textures(), scratch.bsdf);
+}
+
+bool LightWalk::has_delta_lobe(const SurfaceHit& surface, const SurfaceBinding& binding, const Vec3& wi_world,
+                               LobeKind kind, Scratch& scratch) const {
+  scene_.fill_shading_point(surface, binding, wi_world, 0.0f, scene_.footprint_at(surface.p_world),
+                            {k_ray_diffuse, 1, 1, 0, 0, 0}, scratch.point);
+  binding.program->evaluate(scratch.point, scene_.textures(), scratch.bsdf);
+  return std::ranges::any_of(scratch.bsdf.lobes(), [&](const Lobe& lobe) { return lobe.kind == kind; });
 }
 
 bool LightWalk::scatter(const LightVertex& vertex, const Vec3& direction, bool first_hit, bool want_shares,

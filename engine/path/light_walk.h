@@ -23,7 +23,8 @@ struct LightVertex {
   int depth = 1;
   float own_area = 0.0f;  ///< l of this vertex (path_pdfs.h); depth 1: of leaving the light and getting here
   float previous_per_solid_angle =
-      0.0f;             ///< cos / d² at the vertex before: turns densities of directions to it into areas
+      0.0f;  ///< cos / d² at the vertex before: turns densities of directions to it into areas
+  float next_event = 0.0f, conditional = 0.0f;  ///< depth 1: next_event and light_conditional of path_pdfs.h
   EventCounts counts;   ///< events at depths 2 ... depth - 1 (that at depth 1 is free, see EventCounts)
   uint64_t events = 0;  ///< ScatterEvent bits at depths depth - 1 ... 1, four bits each, this end lowest
   Bsdf bsdf;            ///< as seen from wi
@@ -33,6 +34,7 @@ struct LightVertex {
 struct LightWalkPdfs {
   std::vector<float> own, other;     ///< l and c of path_pdfs.h; other[d] is final once the walk scattered at d + 1
   std::vector<uint8_t> connectible;  ///< of the event at that depth
+  float next_event = 0.0f, conditional = 0.0f;  ///< LightVertex's where the walk scattered at depth 1
 };
 
 struct LightWalkSettings {
@@ -65,9 +67,7 @@ class LightWalk {
 
   LightIndex light() const { return light_; }
   const LightTraits& traits() const { return *traits_; }
-  float next_event() const { return next_event_; }  ///< path_pdfs.h, at depth 1
   bool can_be_hit() const { return can_be_hit_; }
-  float conditional() const { return conditional_; }
   uint64_t rays() const { return rays_; }
 
   /// Working memory of scatter(), a thread's own.
@@ -81,6 +81,11 @@ class LightWalk {
   bool scatter(const LightVertex& vertex, const Vec3& direction_world, bool first_hit, bool want_shares,
                Scratch& scratch, LightScatter& result) const;
 
+  /// Whether a walk that arrives from the side of `wi_world` (unit) can pick a delta lobe of that kind there: what
+  /// depends on the view may be there for the camera's direction alone (Fresnel nodes beyond the critical angle).
+  bool has_delta_lobe(const SurfaceHit& surface, const SurfaceBinding& binding, const Vec3& wi_world, LobeKind kind,
+                      Scratch& scratch) const;
+
  private:
   bool same_from(const LightVertex& vertex, const Vec3& direction) const;
   void evaluate_from(const LightVertex& vertex, const Vec3& direction, Scratch& scratch) const;
@@ -93,7 +98,6 @@ class LightWalk {
   LightWalkPdfs pdfs_;
   LightIndex light_ = k_no_light;
   const LightTraits* traits_ = nullptr;
-  float next_event_ = 0.0f, conditional_ = 0.0f;
   bool can_be_hit_ = false;
   uint64_t rays_ = 0;
   Scratch seen_;

@@ -30,6 +30,7 @@ enum PathVertexFlag : uint8_t {
   k_connectible = 1,     ///< the path's event there has a density
   k_light_arrives = 2,   ///< light walks may get there ...
   k_light_scatters = 4,  ///< ... and go on from there
+  k_light_begins = 8,    ///< light walks may get there straight from the light
 };
 
 /// Grows as the walks go; reused from path to path. One thread's.

@@ -9,6 +9,8 @@ namespace {
 
 constexpr int k_mantissa_bits = 17;  // and a sign
 constexpr int k_exponent_bias = 400;
+/// Lamps' max_bounces from here on (Blender's default is 1024) are taken as no limit by photons.
+constexpr int k_many_bounces = 1024;
 
 float sign_of(float x) { return std::signbit(x) ? -1.0f : 1.0f; }
 
@@ -78,12 +80,13 @@ void PhotonBatch::add(const LightWalk& walk, int first) {
   for (int i = 0; i < walk.size(); ++i) any |= walk[i].depth >= first;
   if (!any) return;
   PhotonRecord light;
-  light.own = walk.next_event();
+  light.own = walk.pdfs().next_event;
   light.other = walk.pdfs().other[0];
-  light.previous_per_solid_angle = walk.conditional();
+  light.previous_per_solid_angle = walk.pdfs().conditional;
   light.light = walk.light();
   light.flags = walk.can_be_hit() ? k_record_can_be_hit : 0;
   records.push_back(light);
+  const uint16_t limited = walk.traits().max_bounces < k_many_bounces ? k_record_limited : 0;
   const auto saturated = [](int count) { return static_cast<uint8_t>(std::min(count, 255)); };
   for (int i = 0; i < walk.size(); ++i) {
     const LightVertex& vertex = walk[i];
@@ -91,11 +94,11 @@ void PhotonBatch::add(const LightWalk& walk, int first) {
     PhotonRecord record;
     record.own = vertex.own_area;
     record.other = walk.pdfs().other[depth];
-    record.previous_per_solid_angle = vertex.previous_per_solid_angle;
+    record.previous_per_solid_angle = depth > 1 ? vertex.previous_per_solid_angle : vertex.conditional;
     record.counts = {saturated(vertex.counts.diffuse), saturated(vertex.counts.glossy),
                      saturated(vertex.counts.transmission), saturated(vertex.counts.transparent)};
     record.depth = static_cast<uint16_t>(vertex.depth);
-    record.flags = walk.pdfs().connectible[depth] ? k_record_connectible : 0;
+    record.flags = static_cast<uint16_t>((walk.pdfs().connectible[depth] ? k_record_connectible : 0) | limited);
     // Surfaces where light walks end still merge: the camera walk evaluates there.
     const bool merges = vertex.depth >= first && (vertex.bsdf.has_non_delta() || vertex.bsdf.empty());
     if (merges)

@@ -35,7 +35,7 @@ static_assert(sizeof(Photon) == 32);
 struct PhotonRecord {
   float own = 0.0f;                       ///< l (path_pdfs.h); depth 0: next_event
   float other = 0.0f;                     ///< c, final if the walk scattered at the next; depth 0: scatter
-  float previous_per_solid_angle = 0.0f;  ///< LightVertex's; depth 0: conditional
+  float previous_per_solid_angle = 0.0f;  ///< LightVertex's; depths 0 and 1: conditional
   union {
     struct {
       uint8_t diffuse, glossy, transmission, transparent;  ///< LightVertex::counts
@@ -51,6 +51,7 @@ static_assert(sizeof(PhotonRecord) == 20);
 
 inline constexpr uint16_t k_record_connectible = 1;  ///< the event there had a density
 inline constexpr uint16_t k_record_can_be_hit = 2;   ///< depth 0: camera walks may meet the light
+inline constexpr uint16_t k_record_limited = 4;      ///< the light's max_bounces may matter
 
 /// Photons and records of some walks, in their order.
 struct PhotonBatch {

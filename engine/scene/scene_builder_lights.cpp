@@ -72,7 +72,7 @@ void SceneBuilder::State::add_lamps(Build& build, LightSetBuilder& set) {
       }
       lamp.traits.starts_walks = !traits.path_dependent;
     }
-    lamp.traits.starts_walks = lamp.traits.starts_walks && lamp.traits.shadows;
+    lamp.traits.starts_walks &= lamp.traits.shadows && !(lamp.traits.hidden_from & k_visible_scattered);
     build.scene->subtracts_light_ |= min_component(lamp.energy) < 0.0f;
     for (const Transform& transform : instance_transforms(*object, build.scene->origin_shift_)) {
       lamp.world_from_light = transform;
@@ -106,8 +106,9 @@ void SceneBuilder::State::add_emissive_meshes(Build& build, LightSetBuilder& set
       emission.radiance = traits.emission;
       scene.subtracts_light_ |= traits.emits_negative;
       emission.traits.program = !traits.constant_emission;
-      emission.traits.starts_walks = traits.constant_emission || !traits.path_dependent;
       emission.traits.hidden_from = ~object.visibility & k_visible_all;
+      emission.traits.starts_walks =
+          (traits.constant_emission || !traits.path_dependent) && !(emission.traits.hidden_from & k_visible_scattered);
       emissions[slot] = set.add_emission(emission);
     }
     for (size_t k = 0; k < object.world_from_object.size(); ++k) {
@@ -162,6 +163,7 @@ void SceneBuilder::State::add_world(Build& build, LightSetBuilder& set) {
     light.traits.starts_walks = !program->traits().path_dependent;
   }
   light.traits.hidden_from = ~visibility_mask(found->second->visibility) & k_visible_all;
+  light.traits.starts_walks &= !(light.traits.hidden_from & k_visible_scattered);
   set.set_environment(std::move(light));
 }
 

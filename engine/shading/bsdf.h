@@ -48,6 +48,7 @@ struct BsdfSample {
 /// How the density of a pair of directions is shared by kinds of event: shares sum to 1, or are all 0.
 struct EventShares {
   float diffuse = 0.0f, glossy = 0.0f, transmission = 0.0f;
+  float diffuse_transmission = 0.0f;  ///< the part of transmission that translucent lobes have
 };
 
 inline constexpr int k_max_lobes = 12;

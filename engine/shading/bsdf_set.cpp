@@ -362,12 +362,14 @@ EventShares Bsdf::event_shares(const Vec3& wi_world, const Vec3& wo_world) const
         eval_term(lobe, ng_world_, ns_world_, wi_world, wo_world, Transport::radiance, /*reverse=*/false).pdf;
     const bool transmitted = dot(lobe.n, wi_world) * dot(lobe.n, wo_world) < 0.0f;
     (transmitted ? result.transmission : is_diffuse(lobe.kind) ? result.diffuse : result.glossy) += pdf;
+    if (transmitted && is_diffuse(lobe.kind)) result.diffuse_transmission += pdf;
     total += pdf;
   }
   if (!(total > 0.0f) || !std::isfinite(total)) return {};
   result.diffuse /= total;
   result.glossy /= total;
   result.transmission /= total;
+  result.diffuse_transmission /= total;
   return result;
 }
 

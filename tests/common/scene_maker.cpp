@@ -60,7 +60,7 @@ SceneMaker& SceneMaker::mesh(const std::string& id, const std::vector<Vec3>& pos
 }
 
 SceneMaker& SceneMaker::sphere(const std::string& id, const Vec3& center, float radius, int rings,
-                               const std::string& material_id) {
+                               const std::string& material_id, bool smooth) {
   const int segments = 2 * rings;
   std::vector<Vec3> positions;
   std::vector<std::array<uint32_t, 3>> triangles;
@@ -77,7 +77,15 @@ SceneMaker& SceneMaker::sphere(const std::string& id, const Vec3& center, float 
       if (ring > 0) triangles.push_back({a, c, b});
       if (ring < rings - 1) triangles.push_back({b, c, d});
     }
-  return mesh(id, positions, triangles, material_id);
+  mesh(id, positions, triangles, material_id);
+  if (smooth) {
+    Mesh with_normals = *scene_.meshes[id];
+    for (Vec3& p : positions) p = normalize(p - center);
+    with_normals.normals = array(ElementType::f32, {positions.size(), 3}, positions);
+    with_normals.normals_domain = Domain::vertex;
+    scene_.meshes[id] = std::make_shared<Mesh>(std::move(with_normals));
+  }
+  return *this;
 }
 
 SceneMaker& SceneMaker::light(const std::string& id, Light light, const Transform& world_from_light) {
@@ -103,6 +111,12 @@ SceneMaker& SceneMaker::world(Graph graph) {
 SceneMaker& SceneMaker::object(const std::string& id, Object object) {
   scene_.objects[id] = std::make_shared<Object>(std::move(object));
   return *this;
+}
+
+Object& SceneMaker::object(const std::string& id) {
+  auto own = std::make_shared<Object>(*scene_.objects.at(id));
+  scene_.objects[id] = own;
+  return *own;
 }
 
 SceneMaker& SceneMaker::scale_and_move(float scale, const Vec3& offset) {
@@ -194,11 +208,9 @@ SceneMaker room(int64_t samples) {
   SceneMaker maker(48, 40, samples);
   maker.material("white", diffuse(Color(0.7f)))
       .material("red", diffuse(Color(0.7f, 0.1f, 0.1f)))
-      .material("glass",
-                single("BsdfGlass", {{"Color", Numbers{1, 1, 1, 1}}, {"Roughness", 0.0f}, {"IOR", 1.5f}}))
-      .material("metal",
-                single("BsdfGlossy", {{"Color", Numbers{0.9f, 0.8f, 0.6f, 1}}, {"Roughness", 0.2f}},
-                       {{"distribution", std::string("GGX")}}))
+      .material("glass", single("BsdfGlass", {{"Color", Numbers{1, 1, 1, 1}}, {"Roughness", 0.0f}, {"IOR", 1.5f}}))
+      .material("metal", single("BsdfGlossy", {{"Color", Numbers{0.9f, 0.8f, 0.6f, 1}}, {"Roughness", 0.2f}},
+                                {{"distribution", std::string("GGX")}}))
       .material("lamp", emission(Color(1.0f, 0.9f, 0.8f), 5.0f));
   maker.mesh("floor", {{-3, -1, 0}, {3, -1, 0}, {3, -1, -6}, {-3, -1, -6}}, {{0, 1, 2}, {0, 2, 3}}, "white");
   maker.mesh("back", {{-3, -1, -6}, {3, -1, -6}, {3, 3, -6}, {-3, 3, -6}}, {{0, 1, 2}, {0, 2, 3}}, "red");
@@ -211,6 +223,14 @@ SceneMaker room(int64_t samples) {
   maker.light("l", light, Transform::translation({2, 2, -2}));
   maker.world(background(Color(0.05f, 0.06f, 0.1f)));
   return maker;
+}
+
+Transform aimed(const Vec3& position, const Vec3& target) {
+  const Vec3 z = normalize(position - target);
+  const Vec3 x = normalize(cross(std::fabs(z.y) < 0.9f ? Vec3(0, 1, 0) : Vec3(1, 0, 0), z));
+  const Vec3 y = cross(z, x);
+  const float rows[12] = {x.x, y.x, z.x, position.x, x.y, y.y, z.y, position.y, x.z, y.z, z.z, position.z};
+  return Transform::from_rows(rows);
 }
 
 Picture render(const Transaction& transaction, int threads, RenderOutcome* outcome, Report* report) {

@@ -23,11 +23,14 @@ class SceneMaker {
   SceneMaker& mesh(const std::string& id, const std::vector<Vec3>& positions,
                    const std::vector<std::array<uint32_t, 3>>& triangles, const std::string& material,
                    const std::vector<Transform>& transforms = {});
-  /// A sphere of `rings` latitude rings whose vertices lie on the sphere; normals inwards if `inside`, smooth shading.
-  SceneMaker& sphere(const std::string& id, const Vec3& center, float radius, int rings, const std::string& material);
+  /// A sphere of `rings` latitude rings whose vertices lie on the sphere, normals outwards; flat unless `smooth`.
+  SceneMaker& sphere(const std::string& id, const Vec3& center, float radius, int rings, const std::string& material,
+                     bool smooth = false);
   SceneMaker& light(const std::string& id, description::Light light, const Transform& world_from_light);
   SceneMaker& world(description::Graph graph);
   SceneMaker& object(const std::string& id, description::Object object);
+  /// What mesh, sphere or light added under that id, to be changed.
+  description::Object& object(const std::string& id);
   /// Scales and then moves everything added so far, camera and lamp sizes and powers included, so that the picture
   /// should not change.
   SceneMaker& scale_and_move(float scale, const Vec3& offset);
@@ -48,8 +51,12 @@ description::Graph transparent(const Color& color);
 description::Graph single(const std::string& type, std::map<std::string, description::SocketValue> inputs,
                           std::map<std::string, description::SocketValue> properties = {});
 
-/// A room corner with a lamp, an emissive sheet, a sphere of glass and a mirror: something of everything, in 48 x 40 pixels.
+/// A room corner with a lamp, an emissive sheet, a sphere of glass and a mirror: something of everything, in 48 x 40
+/// pixels.
 SceneMaker room(int64_t samples);
+
+/// At `position`, the local -Z axis towards `target`: how lamps and cameras look.
+Transform aimed(const Vec3& position, const Vec3& target);
 
 /// Renders on `threads` threads and returns the picture; fails the test if the render does not finish.
 Picture render(const description::Transaction& transaction, int threads = 0, RenderOutcome* outcome = nullptr,

@@ -127,12 +127,13 @@ void Kernel<profile>::add(const Color& contribution, Technique technique, float 
 }
 
 template <KernelProfile profile>
-Color Kernel<profile>::visibility(const Ray& ray, uint32_t ray_kind, int transparent_before) {
+Color Kernel<profile>::visibility(const Ray& ray, uint32_t ray_kind, int transparent_before, bool* depended) {
   ++counts_.rays;
   PathCounts counts = path_counts();
   counts.ray_kind = ray_kind;
+  if (ray_kind != k_ray_camera) ++counts.depth;
   counts.transparent = transparent_before;
-  return segment_transmittance<k_transparency>(scene_, ray, counts, settings_.bounces.transparent);
+  return segment_transmittance<k_transparency>(scene_, ray, counts, settings_.bounces.transparent, depended);
 }
 
 template <KernelProfile profile>
@@ -155,9 +156,9 @@ void Kernel<profile>::append_light(PathPdfs& pdfs, int index, const LightWalk& w
     pdfs.flags[i] = static_cast<uint8_t>((walked.connectible[d] ? k_connectible : 0) | k_light);
   }
   if (depth > 1) pdfs.camera[index + 1] = scatter.to_light * vertex.previous_per_solid_angle;
-  pdfs.next_event = walk.next_event();
+  pdfs.next_event = depth > 1 ? walked.next_event : vertex.next_event;
   pdfs.scatter = !walk.can_be_hit() ? 0.0f : depth > 1 ? walked.other[0] : scatter.to_light;
-  pdfs.light_conditional = walk.conditional();
+  pdfs.light_conditional = depth > 1 ? walked.conditional : vertex.conditional;
 }
 
 // --- Emission that the camera walk meets ---------------------------------------------------------------------------
@@ -174,8 +175,10 @@ float Kernel<profile>::emission_weight(LightIndex light, const Vec3& n_light, co
                                                                          direction, distance, uv)
                                        : 0.0f;
   const float cosine = std::fabs(dot(last_.ng_world, direction));
-  pdfs_.light[m_] =
-      cosine * light_walk_density(scene_.lights(), light, n_light, -direction, distance, &pdfs_.light_conditional);
+  pdfs_.light[m_] = depended_ || !(pdfs_.flags[m_] & k_light_begins)
+                        ? 0.0f
+                        : cosine * light_walk_density(scene_.lights(), light, n_light, -direction, distance,
+                                                      &pdfs_.light_conditional);
   pdfs_.light_conditional *= cosine;
   return weigh(pdfs_, Technique::emission_hit, m_, reach_);
 }
@@ -190,7 +193,7 @@ void Kernel<profile>::add_lamps(const Ray& ray, float t_end) {
   const float before = origin == ray.origin ? 0.0f : distance_before_;
   lights.for_each_lamp(
       origin, ray.direction, before + ray.t_min, before + t_end, bounces_.ray_kind, [&](const LightHit& hit) {
-        if (bounces_.total > hit.traits->max_bounces) return;
+        if (bounces_.total - 1 > hit.traits->max_bounces) return;
         const float weight =
             emission_weight(hit.light, hit.n_light_world, ray.direction, hit.distance_m, hit.uv, *hit.traits);
         if (weight > 0.0f)
@@ -207,7 +210,7 @@ void Kernel<profile>::add_background(const Vec3& direction) {
   }
   if (!(pass_.set.emission || only_delta_)) return;
   scene_.lights().for_each_infinite(direction, bounces_.ray_kind, [&](const LightHit& hit) {
-    if (bounces_.total > hit.traits->max_bounces) return;
+    if (bounces_.total - 1 > hit.traits->max_bounces) return;
     const float weight = emission_weight(hit.light, hit.n_light_world, direction, k_infinity, hit.uv, *hit.traits);
     if (weight > 0.0f)
       add(throughput_ * scene_.light_radiance(hit, path_counts()), Technique::emission_hit, weight, hit.light,
@@ -239,9 +242,14 @@ void Kernel<profile>::next_event(const Here& here) {
   const LightSample light =
       lights.sample(here.hit.p_world, here.receiver_normal, here.numbers.light_selection, here.numbers.light_position);
   if (!light || !(light.pdf_solid_angle > 0.0f) || bounces_.total > light.traits->max_bounces) return;
-  const BsdfEval scattered = here.bsdf.eval(here.point.wi_world, light.direction_world, Transport::radiance);
+  BsdfEval scattered = here.bsdf.eval(here.point.wi_world, light.direction_world, Transport::radiance);
+  if (light.traits->hidden_from & k_visible_scattered)
+    scattered.f_cos *= share_that_sees(here.bsdf, here.point.wi_world, light.direction_world, light.traits->hidden_from,
+                                       lights.kind(light.light) == LightKind::triangle);
   if (is_black(scattered.f_cos)) return;
-  const Color radiance = scene_.sample_radiance(light, path_counts());
+  PathCounts seen_as = path_counts();
+  ++seen_as.depth;  // as a ray that goes on from here
+  const Color radiance = scene_.sample_radiance(light, seen_as);
   Color contribution = throughput_ * scattered.f_cos * radiance * (1.0f / light.pdf_solid_angle);
   if (is_black(contribution)) return;
 
@@ -258,8 +266,10 @@ void Kernel<profile>::next_event(const Here& here) {
     // Where camera walks cannot scatter (below the facet, above the smooth surface) light walks do not either.
     const float cosine =
         scattered.pdf_solid_angle > 0.0f ? std::fabs(dot(here.point.ng_world, light.direction_world)) : 0.0f;
-    pdfs_.light[here.i] = cosine * light_walk_density(lights, light.light, n_light, -light.direction_world,
-                                                      light.distance_m, &pdfs_.light_conditional);
+    pdfs_.light[here.i] = !(pdfs_.flags[here.i] & k_light_begins)
+                              ? 0.0f
+                              : cosine * light_walk_density(lights, light.light, n_light, -light.direction_world,
+                                                            light.distance_m, &pdfs_.light_conditional);
     pdfs_.light_conditional *= cosine;
     weight = weigh(pdfs_, Technique::next_event, here.i, reach_);
   }
@@ -280,8 +290,13 @@ void Kernel<profile>::next_event(const Here& here) {
       }
       ray = segment(origin, target, k_visible_shadow);
     }
-    contribution *= visibility(ray, k_ray_shadow, bounces_.transparent);
+    bool depended = false;
+    contribution *= visibility(ray, k_ray_shadow, bounces_.transparent, &depended);
     if (is_black(contribution)) return;
+    if (depended && pass_.set.weighted()) {
+      pdfs_.light[here.i] = 0.0f;
+      weight = weigh(pdfs_, Technique::next_event, here.i, reach_);
+    }
   }
   pdfs_.n = here.i;
   const EventSequence walked = events_;
@@ -345,8 +360,13 @@ void Kernel<profile>::connect(const Here& here, const LightWalk& walk, float sca
     const Vec3 origin = offset_origin(here.hit.p_world, here.hit.p_error, here.hit.ng_world, direction);
     const Vec3 target =
         offset_origin(vertex.surface.p_world, vertex.surface.p_error, vertex.surface.ng_world, -direction);
-    contribution *=
-        visibility(segment(origin, target, kind & k_visible_all), kind, before.transparent + vertex.counts.transparent);
+    bool depended = false;
+    contribution *= visibility(segment(origin, target, kind & k_visible_all), kind,
+                               before.transparent + vertex.counts.transparent, &depended);
+    if (depended && pass_.set.weighted()) {
+      pdfs_.light[here.i] = 0.0f;
+      weight = weigh(pdfs_, Technique::connection, here.i, reach_);
+    }
     if (is_black(contribution)) continue;
     const EventSequence walked = events_;
     if (settings_.observer) {
@@ -371,6 +391,12 @@ void Kernel<profile>::merge(const Here& here, const Sampler& sampler, uint32_t e
     const PhotonRecord* record = &photons.record(photon.record);
     const int depth = record->depth, n = here.i + depth - 1;
     if (n - 1 > settings_.bounces.total) return;
+    if (record->flags & k_record_limited) {
+      const PhotonRecord* light = record;
+      while (light->depth > 0) --light;
+      if (n - 1 > scene_.lights().traits(light->light).max_bounces) return;
+    }
+    const float conditional = record->previous_per_solid_angle;  // used at depth 1
     const Vec3 wi = unpack_direction(photon.wi);
     const float cos_light = dot(ng, wi);
     if (std::fabs(dot(ng, unpack_direction(photon.normal))) < k_least_normal_agreement || std::fabs(cos_light) < 1e-6f)
@@ -408,7 +434,7 @@ void Kernel<profile>::merge(const Here& here, const Sampler& sampler, uint32_t e
       pdfs_.scatter = !(record->flags & k_record_can_be_hit) ? 0.0f
                       : depth > 1                            ? record->other
                                                              : scattered.pdf_solid_angle;
-      pdfs_.light_conditional = record->previous_per_solid_angle;
+      pdfs_.light_conditional = depth > 1 ? record->previous_per_solid_angle : conditional;
       weight = weigh(pdfs_, Technique::merging, here.i, reach_);
     }
     if (!(weight > 0.0f)) return;
@@ -545,6 +571,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
   first_instance_ = ~0u;
   events_ = {};
   distance_before_ = 0.0f;
+  depended_ = false;
   only_transparent_ = only_delta_ = true;
   pdfs_.n = 0;
   last_.p_world = camera_ray.origin;
@@ -605,7 +632,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
       pdfs_.flags[i] = k_connectible | light_flags;
       const Here here{point,  hit,
                       bsdf,   light_receiver_normal(bsdf, point.ng_world),
-                      i,      m_ > 0 ? std::fabs(dot(last_.ng_world, ray.direction)) * per_area : 0.0f,
+                      i,      m_ > 0 && !depended_ ? std::fabs(dot(last_.ng_world, ray.direction)) * per_area : 0.0f,
                       numbers};
       if (bsdf.has_non_delta()) {
         if (pass_.set.next_event && !scene_.lights().empty()) next_event(here);
@@ -621,7 +648,13 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
       if (!(scattered.event & k_scatter_transparent)) {
         const bool delta = scattered.event & k_scatter_delta;
         if (!pass_.set.camera_scatters && !delta) break;
-        if (i > 1) pdfs_.light[i - 1] = scattered.pdf_reverse_solid_angle * here.previous_per_solid_angle;
+        if (i > 1) {
+          pdfs_.light[i - 1] = scattered.pdf_reverse_solid_angle * here.previous_per_solid_angle;
+          if (delta && program.traits().view_dependent && pass_.set.weighted() &&
+              !walk_.has_delta_lobe(hit, binding, scattered.wo_world,
+                                    bsdf.lobes()[static_cast<size_t>(scattered.lobe)].kind, scratch_))
+            pdfs_.light[i - 1] = 0.0f;
+        }
         pdfs_.flags[i] = static_cast<uint8_t>((delta ? 0 : k_connectible) | light_flags);
         events_.append(scattered.event);
         m_ = i;
@@ -635,9 +668,11 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
     if (!bounces_.advance(scattered.event, settings_.bounces)) break;
     if (scattered.event & k_scatter_transparent) {
       distance_before_ = distance;
+      depended_ = depended_ || program.traits().path_dependent;
     } else {
       only_transparent_ = false;
       distance_before_ = 0.0f;
+      depended_ = false;
     }
 
     // Roulette on the throughput, as Cycles does: by its square root, which keeps more of what is dim but still

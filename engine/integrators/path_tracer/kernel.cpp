@@ -39,7 +39,7 @@ void Kernel<profile>::add_lamps(const Ray& ray, float t_end) {
   const float before = origin == ray.origin ? 0.0f : distance_before_;
   lights.for_each_lamp(
       origin, ray.direction, before + ray.t_min, before + t_end, bounces_.ray_kind, [&](const LightHit& hit) {
-        if (bounces_.total > hit.traits->max_bounces) return;
+        if (bounces_.total - 1 > hit.traits->max_bounces) return;
         const float weight = emission_weight(hit.light, ray.direction, hit.distance_m, hit.uv, *hit.traits);
         if (weight > 0.0f) add(throughput_ * scene_.light_radiance(hit, path_counts()) * weight, bounces_.total > 1);
       });
@@ -52,7 +52,7 @@ void Kernel<profile>::add_background(const Vec3& direction) {
     return;
   }
   scene_.lights().for_each_infinite(direction, bounces_.ray_kind, [&](const LightHit& hit) {
-    if (bounces_.total > hit.traits->max_bounces) return;
+    if (bounces_.total - 1 > hit.traits->max_bounces) return;
     const float weight = emission_weight(hit.light, direction, k_infinity, hit.uv, *hit.traits);
     if (weight > 0.0f) add(throughput_ * scene_.light_radiance(hit, path_counts()) * weight, bounces_.total > 1);
   });
@@ -76,6 +76,7 @@ Color Kernel<profile>::visibility(const Ray& ray) {
   ++counts_.rays;
   PathCounts counts = path_counts();
   counts.ray_kind = k_ray_shadow;
+  ++counts.depth;
   return segment_transmittance<k_transparency>(scene_, ray, counts, settings_.bounces.transparent);
 }
 
@@ -86,9 +87,14 @@ void Kernel<profile>::next_event(const ShadingPoint& point, const SurfaceHit& hi
   const LightSample light =
       lights.sample(hit.p_world, receiver_normal, numbers.light_selection, numbers.light_position);
   if (!light || !(light.pdf_solid_angle > 0.0f) || bounces_.total > light.traits->max_bounces) return;
-  const BsdfEval scattered = bsdf.eval(point.wi_world, light.direction_world, Transport::radiance, ReversePdf::no);
+  BsdfEval scattered = bsdf.eval(point.wi_world, light.direction_world, Transport::radiance, ReversePdf::no);
+  if (light.traits->hidden_from & k_visible_scattered)
+    scattered.f_cos *= share_that_sees(bsdf, point.wi_world, light.direction_world, light.traits->hidden_from,
+                                       lights.kind(light.light) == LightKind::triangle);
   if (is_black(scattered.f_cos)) return;
-  const Color radiance = scene_.sample_radiance(light, path_counts());
+  PathCounts seen_as = path_counts();
+  ++seen_as.depth;  // as a ray that goes on from here
+  const Color radiance = scene_.sample_radiance(light, seen_as);
   const bool hit_by_rays = !light.is_delta && light.traits->hit_by_rays;
   const float weight = hit_by_rays ? power_heuristic(light.pdf_solid_angle, scattered.pdf_solid_angle) : 1.0f;
   Color contribution = throughput_ * scattered.f_cos * radiance * (weight / light.pdf_solid_angle);

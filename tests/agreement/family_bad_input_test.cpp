@@ -1,0 +1,156 @@
+// Bad input for the bidirectional family: the picture is right or a message says what is not.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+
+#include "tests/agreement/batches.h"
+
+namespace lambent::test {
+namespace {
+
+using description::LightType;
+using description::Numbers;
+
+class FamilyBadInput : public testing::TestWithParam<const char*> {
+ public:
+  /// Renders and expects it to finish with finite pixels.
+  Picture picture_of(SceneMaker maker) const {
+    maker.settings.integrator = GetParam();
+    RenderOutcome outcome;
+    Picture picture = render(maker.transaction(), 0, &outcome);
+    EXPECT_EQ(outcome.status, RenderStatus::finished) << outcome.message;
+    EXPECT_EQ(outcome.statistics.non_finite, 0u);
+    for (const float value : picture.pixels) EXPECT_TRUE(std::isfinite(value));
+    return picture;
+  }
+};
+
+/// A grey floor of 4 x 4 m under a sun of irradiance pi; the picture sees its middle, 0.5 everywhere.
+SceneMaker floor_under_sun() {
+  SceneMaker maker(8, 8, 16);
+  maker.material("grey", diffuse(Color(0.5f)));
+  maker.mesh("floor", {{-2, -2, -2}, {2, -2, -2}, {2, 2, -2}, {-2, 2, -2}}, {{0, 1, 2}, {0, 2, 3}}, "grey");
+  description::Light sun;
+  sun.type = LightType::sun;
+  sun.energy = k_pi;
+  maker.light("sun", sun, Transform());
+  maker.settings.max_bounces = 2;
+  return maker;
+}
+
+TEST_P(FamilyBadInput, an_empty_scene_shows_the_world) {
+  SceneMaker maker(8, 8, 2);
+  EXPECT_EQ(mean(picture_of(maker)).value, Color(0.0f));
+  maker.world(background(Color(0.25f)));
+  EXPECT_NEAR(mean(picture_of(maker)).value.x, 0.25f, 1e-6f);
+}
+
+TEST_P(FamilyBadInput, without_lights_the_picture_is_black) {
+  SceneMaker maker(8, 8, 2);
+  maker.material("grey", diffuse(Color(0.5f))).sphere("ball", {0, 0, -3}, 1.0f, 8, "grey");
+  EXPECT_EQ(mean(picture_of(maker)).value, Color(0.0f));
+}
+
+TEST_P(FamilyBadInput, a_scene_of_one_point_or_of_points_far_apart_is_no_trouble) {
+  SceneMaker point(8, 8, 2);
+  point.material("grey", diffuse(Color(0.5f))).mesh("point", {{0, 0, -1}, {0, 0, -1}, {0, 0, -1}}, {{0, 1, 2}}, "grey");
+  point.world(background(Color(0.25f)));
+  EXPECT_NEAR(mean(picture_of(point)).value.x, 0.25f, 1e-6f);
+  SceneMaker far = floor_under_sun();
+  far.mesh("far", {{1e30f, 0, 0}, {1e30f, 1e29f, 0}, {1e30f, 0, 1e29f}}, {{0, 1, 2}}, "grey");
+  picture_of(far);
+}
+
+TEST_P(FamilyBadInput, merge_radii_of_zero_and_of_1e9_are_harmless) {
+  SceneMaker maker = floor_under_sun();
+  maker.settings.merge_radius_px = 0.0f;
+  picture_of(maker);
+  maker.settings.merge_radius_px = 1e9f;
+  picture_of(maker);
+}
+
+TEST_P(FamilyBadInput, settings_that_are_not_numbers_are_harmless) {
+  SceneMaker maker = floor_under_sun();
+  maker.settings.samples = 2;
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  for (const float bad : {nan, k_infinity, -1.0f}) {
+    maker.settings.merge_radius_px = bad;
+    maker.settings.merge_alpha = bad;
+    maker.settings.clamp_connection = bad;
+    maker.settings.light_threshold = bad;
+    picture_of(maker);
+  }
+}
+
+TEST_P(FamilyBadInput, lights_seen_only_through_mirrors_and_glass_are_finite) {
+  // A point lamp inside a ball of clear glass: no camera walk finds it, light walks do.
+  SceneMaker maker = floor_under_sun();
+  maker.material("glass", single("BsdfGlass", {{"Color", Numbers{1, 1, 1, 1}}, {"Roughness", 0.0f}, {"IOR", 1.5f}}));
+  maker.sphere("jar", {0.5f, 0, -1.6f}, 0.2f, 16, "glass");
+  description::Light lamp;
+  lamp.energy = 10.0f;
+  maker.light("inside", lamp, Transform::translation({0.5f, 0, -1.6f}));
+  picture_of(maker);
+}
+
+TEST_P(FamilyBadInput, a_million_photons_on_one_point_end_in_time) {
+  SceneMaker maker(64, 64, 4);
+  maker.material("grey", diffuse(Color(0.5f)));
+  maker.mesh("floor", {{-2, -2, -2}, {2, -2, -2}, {2, 2, -2}, {-2, 2, -2}}, {{0, 1, 2}, {0, 2, 3}}, "grey");
+  maker.mesh("roof", {{-2, -2, 1}, {2, -2, 1}, {2, 2, 1}, {-2, 2, 1}}, {{0, 1, 2}, {0, 2, 3}}, "grey");
+  description::Light spot;
+  spot.type = LightType::spot;
+  spot.spot_size_rad = 1e-4f;
+  spot.energy = 100.0f;
+  maker.light("spot", spot, Transform::translation({0.3f, 0.2f, -1}));
+  maker.settings.max_bounces = 3;
+  const auto start = std::chrono::steady_clock::now();
+  picture_of(maker);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(60));
+}
+
+TEST_P(FamilyBadInput, path_lengths_of_a_thousand_end_and_stay_finite) {
+  SceneMaker maker(8, 8, 2);
+  maker.material("m", diffuse(Color(0.999f))).sphere("s", Vec3(0.0f), 1.0f, 12, "m");
+  description::Light light;
+  light.energy = 10.0f;
+  light.radius_m = 0.1f;
+  maker.light("l", light, Transform::translation({0.3f, 0.3f, 0.3f}));
+  maker.settings.max_bounces = maker.settings.diffuse_bounces = 1000;
+  picture_of(maker);
+}
+
+TEST_P(FamilyBadInput, a_lamp_of_1e30_watts_is_in_proportion) {
+  const auto lit = [&](float energy) {
+    SceneMaker maker = floor_under_sun();
+    description::Light light;
+    light.energy = energy;
+    light.radius_m = 0.2f;
+    maker.light("strong", light, Transform::translation({1, 0, 1}));
+    maker.settings.samples = 8;
+    return static_cast<double>(mean(picture_of(maker)).value.x);
+  };
+  // With the sun's 0.5 beside it, which 1e30 W drowns; the same seeds follow the same paths.
+  const double strong = lit(1e30f), stronger = lit(1e33f);
+  EXPECT_GT(strong, 1e25);
+  EXPECT_NEAR(stronger / strong, 1000.0, 1.0);
+}
+
+TEST_P(FamilyBadInput, emission_inside_glass_agrees_with_the_path_tracer) {
+  if (std::string_view(GetParam()) == "LT" || std::string_view(GetParam()) == "PPM") return;  // seen through glass
+  SceneMaker maker(24, 24, 8);
+  maker.material("grey", diffuse(Color(0.5f))).material("e", emission(Color(1.0f), 5.0f));
+  maker.material("glass", single("BsdfGlass", {{"Color", Numbers{1, 1, 1, 1}}, {"Roughness", 0.0f}, {"IOR", 1.5f}}));
+  maker.mesh("floor", {{-2, -1, -1}, {2, -1, -1}, {2, -1, -5}, {-2, -1, -5}}, {{0, 1, 2}, {0, 2, 3}}, "grey");
+  maker.sphere("jar", {0, -0.3f, -3}, 0.6f, 16, "glass").sphere("wick", {0, -0.3f, -3}, 0.3f, 8, "e");
+  maker.settings.max_bounces = 5;
+  expect_same(render_batches(maker, GetParam(), 16, 10), render_batches(maker, "PT", 16, 900), 60,
+              std::string("emission inside glass ") + GetParam());
+}
+
+INSTANTIATE_TEST_SUITE_P(, FamilyBadInput, testing::Values("LT", "BPT", "PPM", "VCM"),
+                         [](const testing::TestParamInfo<const char*>& one) { return std::string(one.param); });
+
+}  // namespace
+}  // namespace lambent::test

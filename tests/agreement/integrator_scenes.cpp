@@ -1,0 +1,648 @@
+#include "tests/agreement/integrator_scenes.h"
+
+namespace lambent::test {
+
+using namespace description;
+
+namespace {
+
+const std::vector<std::string> k_all{"BPT", "VCM", "LT", "PPM", "BPM"};
+/// VPL's few lights, shared by all pixels, need many batches to settle: some scenes only.
+const std::vector<std::string> k_all_and_vpl{"BPT", "VCM", "LT", "VPL", "PPM", "BPM"};
+const std::vector<std::string> k_flat_delta{"BPT", "VCM", "PPM", "BPM"};  ///< flat, seen or lit through delta surfaces
+const std::vector<std::string> k_round{"BPT", "VCM", "LT"};
+const std::vector<std::string> k_round_delta{"BPT", "VCM"};  ///< or where LT has spikes: rough glass, narrow gloss
+
+Numbers rgb(float r, float g, float b) { return {r, g, b, 1.0f}; }
+
+/// A graph of several nodes; the last one added is the surface.
+class GraphMaker {
+ public:
+  int add(const std::string& type, std::map<std::string, SocketValue> inputs,
+          std::map<std::string, SocketValue> properties = {}) {
+    Node node;
+    node.name = type + std::to_string(graph_.nodes.size());
+    node.type = type;
+    node.inputs = std::move(inputs);
+    node.properties = std::move(properties);
+    graph_.nodes.push_back(std::move(node));
+    return static_cast<int>(graph_.nodes.size()) - 1;
+  }
+  Graph surface(const std::string& socket = "BSDF") {
+    graph_.surface = Link{static_cast<int>(graph_.nodes.size()) - 1, socket};
+    return graph_;
+  }
+
+ private:
+  Graph graph_;
+};
+
+Graph glossy(float roughness, float anisotropy = 0.0f, Color color = Color(0.8f, 0.7f, 0.6f)) {
+  return single("BsdfGlossy",
+                {{"Color", rgb(color.x, color.y, color.z)}, {"Roughness", roughness}, {"Anisotropy", anisotropy}},
+                {{"distribution", std::string("GGX")}});
+}
+Graph glass(float roughness) {
+  return single("BsdfGlass", {{"Color", rgb(0.9f, 0.95f, 1.0f)}, {"Roughness", roughness}, {"IOR", 1.45f}},
+                {{"distribution", std::string("GGX")}});
+}
+/// Two closures of one or no input each, mixed or added.
+Graph combined(const std::string& type, Graph first, Graph second, SocketValue factor = 0.5f) {
+  GraphMaker graph;
+  const int a = graph.add(first.nodes[0].type, first.nodes[0].inputs, first.nodes[0].properties);
+  const int b = graph.add(second.nodes[0].type, second.nodes[0].inputs, second.nodes[0].properties);
+  std::map<std::string, SocketValue> inputs{{"Shader", Link{a, first.surface->socket}},
+                                            {"Shader_001", Link{b, second.surface->socket}}};
+  if (type == "MixShader") inputs["Fac"] = factor;
+  graph.add(type, inputs);
+  return graph.surface("Shader");
+}
+
+SceneMaker& quad(SceneMaker& maker, const std::string& id, const Vec3& a, const Vec3& b, const Vec3& c,
+                 const std::string& material) {
+  return maker.mesh(id, {a, b, c, a + c - b}, {{0, 1, 2}, {0, 2, 3}}, material);
+}
+
+SceneMaker frame() {
+  SceneMaker maker(32, 32, 1);
+  maker.settings.max_bounces = maker.settings.diffuse_bounces = maker.settings.glossy_bounces =
+      maker.settings.transmission_bounces = 4;
+  maker.settings.light_threshold = 0.0f;
+  maker.settings.tile_size_px = 16;
+  maker.settings.shared_light_paths = 64;
+  maker.settings.merge_radius_px = 1.0f;
+  return maker;
+}
+
+/// A floor that fills the picture, 4 m away, between two walls outside of it: what merging renders without bias.
+SceneMaker corridor(Graph floor = diffuse(Color(0.7f, 0.6f, 0.5f)), Graph wall = diffuse(Color(0.5f, 0.6f, 0.7f))) {
+  SceneMaker maker = frame();
+  maker.material("floor", std::move(floor)).material("wall", std::move(wall));
+  quad(maker, "floor", {-2.5f, -3, -4}, {2.5f, -3, -4}, {2.5f, 3, -4}, "floor");
+  quad(maker, "left", {-2.5f, -3, -4}, {-2.5f, 3, -4}, {-2.5f, 3, -1}, "wall");
+  quad(maker, "right", {2.5f, -3, -4}, {2.5f, -3, -1}, {2.5f, 3, -1}, "wall");
+  return maker;
+}
+
+/// A ball in a corner: curved, seen against floor and walls.
+SceneMaker corner(Graph ball, int rings = 12, bool smooth = false) {
+  SceneMaker maker = frame();
+  maker.settings.merge_radius_px = 0.25f;
+  maker.material("ball", std::move(ball))
+      .material("white", diffuse(Color(0.7f)))
+      .material("red", diffuse(Color(0.7f, 0.3f, 0.2f)));
+  quad(maker, "floor", {-1.6f, -1, -1}, {2, -1, -1}, {2, -1, -5}, "white");
+  quad(maker, "back", {-1.6f, -1, -5}, {2, -1, -5}, {2, 2.5f, -5}, "white");
+  quad(maker, "left", {-1.6f, -1, -1}, {-1.6f, -1, -5}, {-1.6f, 2.5f, -5}, "red");
+  maker.sphere("ball", Vec3(0.1f, -0.3f, -3.4f), 0.7f, rings, "ball", smooth);
+  return maker;
+}
+
+Light lamp(LightType type, float energy) {
+  Light light;
+  light.type = type;
+  light.energy = energy;
+  light.color = Color(1.0f, 0.9f, 0.8f);
+  return light;
+}
+Light area(AreaShape shape, float width, float height, float energy, float spread = k_pi) {
+  Light light = lamp(LightType::area, energy);
+  light.shape = shape;
+  light.size_m = {width, height};
+  light.spread_rad = spread;
+  return light;
+}
+/// Beside the corridor's picture, 2.5 m above the floor.
+const Transform k_above = aimed({-0.5f, 2.0f, -1.5f}, {0.3f, 0, -4});
+
+SceneMaker lit_corner(Graph ball, int rings = 12, bool smooth = false) {
+  SceneMaker maker = corner(std::move(ball), rings, smooth);
+  maker.light("l", area(AreaShape::square, 1.5f, 1.5f, 60.0f), aimed({0.6f, 2.3f, -2.6f}, {0.2f, -1, -3.4f}));
+  return maker.world(background(Color(0.15f, 0.2f, 0.25f)));
+}
+SceneMaker lit_corridor(Graph floor = diffuse(Color(0.7f, 0.6f, 0.5f)), Graph wall = diffuse(Color(0.5f, 0.6f, 0.7f))) {
+  SceneMaker maker = corridor(std::move(floor), std::move(wall));
+  maker.light("l", area(AreaShape::square, 1.0f, 1.0f, 60.0f), k_above);
+  return maker;
+}
+
+/// A world brighter towards one side and with a hard edge: its importance map matters.
+Graph uneven_world() {
+  GraphMaker graph;
+  const int coordinates = graph.add("TexCoord", {});
+  const int gradient = graph.add("TexGradient", {{"Vector", Link{coordinates, "Generated"}}},
+                                 {{"gradient_type", std::string("SPHERICAL")}});
+  const int parts = graph.add("SeparateXYZ", {{"Vector", Link{coordinates, "Generated"}}});
+  const int edge = graph.add("Math", {{"Value", Link{parts, "Y"}}, {"Value_001", 0.3f}},
+                             {{"operation", std::string("GREATER_THAN")}});
+  const int scaled = graph.add("Math", {{"Value", Link{edge, "Value"}}, {"Value_001", 4.0f}, {"Value_002", 0.3f}},
+                               {{"operation", std::string("MULTIPLY_ADD")}});
+  const int colour = graph.add("CombineXYZ", {{"X", Link{scaled, "Value"}}, {"Y", 0.5f}, {"Z", Link{gradient, "Fac"}}});
+  graph.add("Background", {{"Color", Link{colour, "Vector"}}, {"Strength", 1.0f}});
+  return graph.surface("Background");
+}
+
+}  // namespace
+
+std::vector<IntegratorCase> light_cases() {
+  std::vector<IntegratorCase> cases;
+  const auto add = [&](const std::string& name, const Light& light, const Transform& transform = k_above,
+                       const std::vector<std::string>& integrators = k_all) {
+    SceneMaker maker = corridor();
+    maker.light("l", light, transform);
+    cases.push_back({"light_" + name, maker, integrators});
+  };
+  Light point = lamp(LightType::point, 60.0f);
+  add("point", point, k_above, k_all_and_vpl);
+  point.radius_m = 0.4f;
+  add("point_with_radius", point);
+  Light spot = lamp(LightType::spot, 200.0f);
+  spot.spot_size_rad = 1.2f;
+  spot.spot_blend = 0.5f;
+  add("spot_with_blend", spot);
+  spot.radius_m = 0.3f;
+  add("spot_with_radius", spot);
+  Light sun = lamp(LightType::sun, 2.0f);
+  add("sun", sun);
+  sun.angle_rad = 0.5f;
+  add("sun_with_angle", sun);
+  add("area_square", area(AreaShape::square, 1.0f, 1.0f, 60.0f), k_above, k_all_and_vpl);
+  add("area_disk", area(AreaShape::disk, 1.2f, 1.2f, 60.0f));
+  add("area_ellipse", area(AreaShape::ellipse, 1.5f, 0.6f, 60.0f));
+  add("area_rectangle_with_spread", area(AreaShape::rectangle, 1.4f, 0.7f, 60.0f, 1.5f));
+  add("area_ellipse_with_spread", area(AreaShape::ellipse, 1.4f, 0.7f, 60.0f, 1.0f));
+  Light without_mis = area(AreaShape::square, 1.0f, 1.0f, 60.0f);
+  without_mis.multiple_importance = false;
+  add("area_without_multiple_importance", without_mis);
+  Light textured = area(AreaShape::square, 1.0f, 1.0f, 60.0f);
+  GraphMaker emits;
+  const int geometry = emits.add("NewGeometry", {});
+  const int parts = emits.add("SeparateXYZ", {{"Vector", Link{geometry, "Parametric"}}});
+  emits.add("Emission", {{"Color", rgb(1, 1, 1)}, {"Strength", Link{parts, "X"}}});
+  textured.graph = emits.surface("Emission");
+  add("area_with_program", textured);
+  Light shadowless = area(AreaShape::square, 1.0f, 1.0f, 60.0f);
+  shadowless.shadows = false;
+  add("area_without_shadows", shadowless, k_above, {"BPT", "VCM"});
+
+  SceneMaker mesh = corridor();
+  mesh.material("e", emission(Color(1.0f, 0.8f, 0.6f), 6.0f));
+  quad(mesh, "e", {-0.8f, 1.6f, -1.5f}, {0.2f, 1.6f, -1.5f}, {0.2f, 2.6f, -1.2f}, "e");
+  cases.push_back({"light_mesh", mesh, k_all});
+  SceneMaker glowing =
+      corridor(diffuse(Color(0.7f, 0.6f, 0.5f)), diffuse_emitter(Color(0.6f), Color(0.5f, 0.4f, 0.3f)));
+  cases.push_back({"light_walls_that_emit_and_reflect", glowing, k_all});
+  SceneMaker tetrahedron = corridor();
+  tetrahedron.material("e", emission(Color(1.0f, 0.8f, 0.6f), 8.0f));
+  tetrahedron.mesh("e", {{-0.5f, 1.8f, -1.5f}, {0.4f, 1.9f, -1.6f}, {0, 2.6f, -1.4f}, {0, 2, -1}},
+                   {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}, "e");
+  cases.push_back({"light_closed_mesh", tetrahedron, k_all});
+  SceneMaker sky = corridor();
+  sky.world(background(Color(0.6f, 0.8f, 1.0f)));
+  cases.push_back({"light_environment", sky, k_all_and_vpl});
+  SceneMaker uneven = corridor();
+  uneven.world(uneven_world());
+  cases.push_back({"light_environment_uneven", uneven, k_all});
+
+  SceneMaker mixture = corridor();
+  mixture.world(uneven_world());
+  mixture.light("point", lamp(LightType::point, 40.0f), k_above);
+  mixture.light("sun", lamp(LightType::sun, 0.7f), aimed({1, -1, 3}, {0, 0, 0}));
+  mixture.light("area", area(AreaShape::disk, 0.8f, 0.8f, 30.0f), aimed({0.5f, -2, -1}, {0, 0, -4}));
+  mixture.material("e", emission(Color(1.0f, 0.2f, 0.2f), 3.0f));
+  quad(mixture, "e", {2.4f, -1, -3}, {2.4f, 0, -3}, {2.4f, 0, -2}, "e");
+  cases.push_back({"light_mixture", mixture, k_all});
+
+  SceneMaker many = corridor();
+  for (int i = 0; i < 60; ++i) {
+    const float x = -2.2f + 4.4f * static_cast<float>((i * 7) % 20) / 19.0f,
+                y = -2.6f + 5.2f * static_cast<float>((i * 13) % 60) / 59.0f;
+    Light light = i % 3 == 0 ? lamp(LightType::point, 3.0f) : area(AreaShape::square, 0.2f, 0.2f, 3.0f);
+    light.color = Color(1.0f, 0.3f + 0.01f * static_cast<float>(i), 0.9f - 0.01f * static_cast<float>(i));
+    const float z = std::fabs(y) < 1.5f && std::fabs(x) < 1.5f ? 0.5f : -1.2f;  // behind the camera or beside its view
+    many.light("l" + std::to_string(i), light, aimed({x, y, z}, {x * 0.3f, y * 0.3f, -4}));
+  }
+  cases.push_back({"light_many", many, k_all});
+  return cases;
+}
+
+std::vector<IntegratorCase> camera_cases() {
+  std::vector<IntegratorCase> cases;
+  const auto add = [&](const std::string& name, auto&& change, SceneMaker maker,
+                       const std::vector<std::string>& integrators = k_round) {
+    change(maker);
+    cases.push_back({"camera_" + name, maker, integrators});
+  };
+  const SceneMaker ball = lit_corner(diffuse(Color(0.3f, 0.5f, 0.7f)));
+  const auto orthographic = [](SceneMaker& maker) {
+    maker.camera.type = CameraType::orthographic;
+    maker.camera.ortho_scale = 2.5f;
+  };
+  const auto lens = [](SceneMaker& maker) { maker.camera.depth_of_field = DepthOfField{2.5f, 0.15f, 0, 0.0f, 1.0f}; };
+  add(
+      "perspective", [](SceneMaker&) {}, ball);
+  add("orthographic", orthographic, ball);
+  add("depth_of_field", lens, ball);
+  add(
+      "depth_of_field_with_blades",
+      [](SceneMaker& maker) {
+        maker.camera.depth_of_field = DepthOfField{4.5f, 0.15f, 5, 0.3f, 1.6f};
+      },
+      ball);
+  add(
+      "orthographic_depth_of_field",
+      [&](SceneMaker& maker) {
+        orthographic(maker);
+        lens(maker);
+      },
+      ball);
+  add(
+      "shift_and_pixel_aspect",
+      [](SceneMaker& maker) {
+        maker.camera.shift = {0.15f, -0.1f};
+        maker.settings.pixel_aspect = {1.0f, 1.4f};
+      },
+      ball);
+  add(
+      "wide_angle", [](SceneMaker& maker) { maker.camera.focal_length_mm = 14.0f; }, ball);
+  add(
+      "turned",
+      [](SceneMaker& maker) {
+        maker.camera.transform = aimed({1.2f, 1.5f, -0.5f}, {0, -0.6f, -4});
+      },
+      ball);
+  add(
+      "clipped", [](SceneMaker& maker) { maker.camera.clip_near_m = 3.0f, maker.camera.clip_far_m = 4.6f; }, ball);
+  add(
+      "region",
+      [](SceneMaker& maker) {
+        maker.settings.region = {{5, 3, 21, 27}};
+      },
+      ball);
+  add(
+      "orthographic_flat",
+      [](SceneMaker& maker) {
+        maker.camera.type = CameraType::orthographic;
+        maker.camera.ortho_scale = 2.5f;
+      },
+      lit_corridor(), k_all);
+  add("depth_of_field_flat", lens, lit_corridor(), k_all);
+  for (const auto& [name, filter, width] :
+       {std::tuple{"gaussian", PixelFilter::gaussian, 3.0f}, {"blackman_harris", PixelFilter::blackman_harris, 4.0f}})
+    add(
+        std::string("filter_") + name,
+        [&](SceneMaker& maker) {
+          maker.settings.pixel_filter = filter;
+          maker.settings.filter_width_px = width;
+        },
+        ball);
+  add(
+      "filter_and_region",
+      [](SceneMaker& maker) {
+        maker.settings.pixel_filter = PixelFilter::blackman_harris;
+        maker.settings.filter_width_px = 3.0f;
+        maker.settings.region = {{7, 2, 30, 18}};
+      },
+      ball);
+  add(
+      "transparent_film",
+      [](SceneMaker& maker) {
+        maker.settings.film_transparent = true;
+        maker.camera.transform = aimed({2.5f, 2.5f, 2}, {0, -0.3f, -3.4f});
+      },
+      lit_corner(combined("MixShader", transparent(Color(1.0f)), diffuse(Color(0.7f)))));
+  add(
+      "exposure_and_threshold",
+      [](SceneMaker& maker) {
+        maker.settings.exposure = 3.0f;
+        maker.settings.light_threshold = 0.3f;
+      },
+      ball);
+  return cases;
+}
+
+std::vector<IntegratorCase> lobe_cases() {
+  std::vector<IntegratorCase> cases;
+  const auto ball = [&](const std::string& name, Graph graph, const std::vector<std::string>& integrators) {
+    cases.push_back({"lobe_" + name, lit_corner(std::move(graph)), integrators});
+  };
+  ball("rough_diffuse", diffuse(Color(0.8f), 0.9f), k_round);
+  ball("glossy_0", glossy(0.0f), k_round_delta);
+  ball("glossy_005", glossy(0.005f), k_round_delta);
+  ball("glossy_02", glossy(0.02f), k_round_delta);
+  ball("glossy_05", glossy(0.05f), k_round_delta);
+  ball("glossy_3", glossy(0.3f), k_round);
+  ball("glossy_anisotropic", glossy(0.35f, 0.8f), k_round_delta);
+  ball("beckmann",
+       single("BsdfGlossy", {{"Color", rgb(0.8f, 0.7f, 0.6f)}, {"Roughness", 0.4f}},
+              {{"distribution", std::string("BECKMANN")}}),
+       k_round);
+  ball("multiscatter",
+       single("BsdfGlossy", {{"Color", rgb(0.8f, 0.7f, 0.6f)}, {"Roughness", 0.8f}},
+              {{"distribution", std::string("MULTI_GGX")}}),
+       k_round);
+  ball("glass_0", glass(0.0f), k_round_delta);
+  ball("glass_05", glass(0.05f), k_round_delta);
+  ball("glass_3", glass(0.3f), k_round_delta);
+  ball("refraction_0", single("BsdfRefraction", {{"Color", rgb(0.9f, 0.9f, 0.9f)}, {"Roughness", 0.0f}, {"IOR", 1.3f}}),
+       k_round_delta);
+  ball("refraction_3", single("BsdfRefraction", {{"Color", rgb(0.9f, 0.9f, 0.9f)}, {"Roughness", 0.3f}, {"IOR", 1.3f}}),
+       k_round_delta);
+  ball("translucent", single("BsdfTranslucent", {{"Color", rgb(0.8f, 0.5f, 0.4f)}}), k_round);
+  ball("velvet", single("BsdfVelvet", {{"Color", rgb(0.8f, 0.5f, 0.4f)}, {"Sigma", 0.6f}}), k_round);
+  ball("sheen", single("BsdfSheen", {{"Color", rgb(0.8f, 0.5f, 0.4f)}, {"Roughness", 0.5f}}), k_round);
+  ball("diffuse_and_translucent",
+       combined("MixShader", diffuse(Color(0.8f)), single("BsdfTranslucent", {{"Color", rgb(0.8f, 0.5f, 0.4f)}})),
+       k_round);
+  ball("half_transparent", combined("MixShader", diffuse(Color(0.8f)), transparent(Color(0.9f, 0.8f, 0.7f))), k_round);
+  ball("diffuse_and_mirror", combined("MixShader", diffuse(Color(0.8f)), glossy(0.0f)), k_round_delta);
+  ball("more_than_all", combined("AddShader", diffuse(Color(0.9f)), glossy(0.3f, 0.0f, Color(0.6f))), k_round);
+  ball("principled_1",
+       single("BsdfPrincipled",
+              {{"Base Color", rgb(0.7f, 0.4f, 0.3f)},
+               {"Metallic", 0.3f},
+               {"Specular", 0.5f},
+               {"Roughness", 0.35f},
+               {"Sheen", 0.5f},
+               {"Clearcoat", 0.8f},
+               {"Clearcoat Roughness", 0.1f},
+               {"Anisotropic", 0.5f}},
+              {{"generation", 1.0f}, {"distribution", std::string("GGX")}}),
+       k_round);
+  ball("principled_1_transmission",
+       single("BsdfPrincipled",
+              {{"Base Color", rgb(0.7f, 0.8f, 0.9f)},
+               {"Transmission", 0.8f},
+               {"Roughness", 0.3f},
+               {"IOR", 1.4f},
+               {"Alpha", 0.8f}},
+              {{"generation", 1.0f}, {"distribution", std::string("MULTI_GGX")}}),
+       k_round_delta);
+  ball("principled_2",
+       single("BsdfPrincipled",
+              {{"Base Color", rgb(0.7f, 0.4f, 0.3f)},
+               {"Metallic", 0.3f},
+               {"Specular IOR Level", 0.5f},
+               {"Roughness", 0.35f},
+               {"Sheen Weight", 0.5f},
+               {"Coat Weight", 0.7f},
+               {"Coat Roughness", 0.2f},
+               {"Coat Tint", rgb(1.0f, 0.8f, 0.7f)}},
+              {{"generation", 2.0f}, {"distribution", std::string("MULTI_GGX")}}),
+       k_round);
+  ball("principled_2_transmission",
+       single("BsdfPrincipled",
+              {{"Base Color", rgb(0.7f, 0.8f, 0.9f)},
+               {"Transmission Weight", 0.8f},
+               {"Roughness", 0.3f},
+               {"IOR", 1.4f},
+               {"Coat Weight", 0.5f}},
+              {{"generation", 2.0f}, {"distribution", std::string("MULTI_GGX")}}),
+       k_round_delta);
+  // The same on the corridor's floor, where photons serve too.
+  cases.push_back({"lobe_flat_glossy", lit_corridor(glossy(0.5f)), k_all});
+  cases.push_back({"lobe_flat_mirror_wall", lit_corridor(diffuse(Color(0.7f)), glossy(0.0f)), k_flat_delta});
+  cases.push_back({"lobe_flat_mirror_and_diffuse_wall",
+                   lit_corridor(diffuse(Color(0.7f)), combined("MixShader", diffuse(Color(0.8f)), glossy(0.0f))),
+                   k_flat_delta});
+  cases.push_back({"lobe_flat_glossy_wall", lit_corridor(diffuse(Color(0.7f)), glossy(0.5f)), k_all_and_vpl});
+  return cases;
+}
+
+std::vector<IntegratorCase> surface_cases() {
+  std::vector<IntegratorCase> cases;
+  cases.push_back({"surface_coarse_smooth_ball", lit_corner(diffuse(Color(0.8f)), 4, true), k_round});
+  cases.push_back({"surface_coarse_smooth_glossy_ball", lit_corner(glossy(0.4f), 4, true), k_round});
+  cases.push_back({"surface_coarse_smooth_glass_ball", lit_corner(glass(0.0f), 5, true), k_round_delta});
+  cases.push_back({"surface_coarse_smooth_rough_glass_ball", lit_corner(glass(0.3f), 5, true), k_round_delta});
+
+  GraphMaker bumpy;
+  {
+    const int coordinates = bumpy.add("TexCoord", {});
+    const int noise =
+        bumpy.add("TexNoise", {{"Vector", Link{coordinates, "Object"}}, {"Scale", 3.0f}, {"Detail", 0.0f}});
+    const int bump = bumpy.add("Bump", {{"Height", Link{noise, "Fac"}}, {"Strength", 1.0f}, {"Distance", 0.5f}});
+    bumpy.add("BsdfDiffuse", {{"Color", rgb(0.8f, 0.8f, 0.8f)}, {"Normal", Link{bump, "Normal"}}});
+  }
+  cases.push_back({"surface_bump", lit_corner(bumpy.surface()), k_round});
+  GraphMaker bumpy_gloss;
+  {
+    const int coordinates = bumpy_gloss.add("TexCoord", {});
+    const int noise =
+        bumpy_gloss.add("TexNoise", {{"Vector", Link{coordinates, "Object"}}, {"Scale", 3.0f}, {"Detail", 0.0f}});
+    const int bump = bumpy_gloss.add("Bump", {{"Height", Link{noise, "Fac"}}, {"Strength", 1.0f}, {"Distance", 0.3f}});
+    bumpy_gloss.add("BsdfGlossy",
+                    {{"Color", rgb(0.8f, 0.8f, 0.8f)}, {"Roughness", 0.4f}, {"Normal", Link{bump, "Normal"}}},
+                    {{"distribution", std::string("GGX")}});
+  }
+  cases.push_back({"surface_bump_glossy", lit_corner(bumpy_gloss.surface()), k_round_delta});
+
+  GraphMaker two_sided;
+  {
+    const int geometry = two_sided.add("NewGeometry", {});
+    const int red = two_sided.add("BsdfDiffuse", {{"Color", rgb(0.8f, 0.1f, 0.1f)}});
+    const int blue = two_sided.add("BsdfGlossy", {{"Color", rgb(0.1f, 0.2f, 0.8f)}, {"Roughness", 0.5f}},
+                                   {{"distribution", std::string("GGX")}});
+    two_sided.add(
+        "MixShader",
+        {{"Fac", Link{geometry, "Backfacing"}}, {"Shader", Link{red, "BSDF"}}, {"Shader_001", Link{blue, "BSDF"}}});
+  }
+  SceneMaker sheet = lit_corner(diffuse(Color(0.7f)));
+  sheet.material("two", two_sided.surface("Shader"));
+  quad(sheet, "sheet", {-1.2f, -0.9f, -2.6f}, {-0.4f, -0.8f, -3.6f}, {-0.4f, 0.6f, -3.4f}, "two");
+  cases.push_back({"surface_two_sided", sheet, k_round});
+
+  const auto layered = [](const std::string& type, const std::string& socket) {
+    GraphMaker graph;
+    const int weight = type == "Fresnel" ? graph.add(type, {{"IOR", 1.6f}}) : graph.add(type, {{"Blend", 0.4f}});
+    const int base = graph.add("BsdfDiffuse", {{"Color", rgb(0.2f, 0.5f, 0.7f)}});
+    const int coat = graph.add("BsdfGlossy", {{"Color", rgb(0.9f, 0.9f, 0.9f)}, {"Roughness", 0.4f}},
+                               {{"distribution", std::string("GGX")}});
+    graph.add("MixShader",
+              {{"Fac", Link{weight, socket}}, {"Shader", Link{base, "BSDF"}}, {"Shader_001", Link{coat, "BSDF"}}});
+    return graph.surface("Shader");
+  };
+  cases.push_back({"surface_layer_weight", lit_corner(layered("LayerWeight", "Facing")), k_round});
+  cases.push_back({"surface_fresnel", lit_corner(layered("Fresnel", "Fac")), k_round});
+  {
+    // Seen through a view-dependent mixture with delta lobes.
+    GraphMaker graph;
+    const int weight = graph.add("LayerWeight", {{"Blend", 0.5f}});
+    const int base =
+        graph.add("BsdfRefraction", {{"Color", rgb(0.9f, 0.9f, 0.9f)}, {"Roughness", 0.0f}, {"IOR", 1.4f}});
+    const int coat = graph.add("BsdfGlossy", {{"Color", rgb(0.9f, 0.9f, 0.9f)}, {"Roughness", 0.0f}},
+                               {{"distribution", std::string("SHARP")}});
+    graph.add("MixShader",
+              {{"Fac", Link{weight, "Fresnel"}}, {"Shader", Link{base, "BSDF"}}, {"Shader_001", Link{coat, "BSDF"}}});
+    cases.push_back({"surface_fresnel_delta", lit_corner(graph.surface("Shader")), k_round_delta});
+  }
+  {
+    GraphMaker graph;
+    const int path = graph.add("LightPath", {});
+    const int seen = graph.add("BsdfDiffuse", {{"Color", rgb(0.2f, 0.7f, 0.2f)}});
+    const int other = graph.add("BsdfDiffuse", {{"Color", rgb(0.9f, 0.2f, 0.2f)}});
+    graph.add(
+        "MixShader",
+        {{"Fac", Link{path, "Is Camera Ray"}}, {"Shader", Link{other, "BSDF"}}, {"Shader_001", Link{seen, "BSDF"}}});
+    cases.push_back({"surface_light_path", lit_corner(graph.surface("Shader")), {"BPT", "VCM"}});
+  }
+  {
+    // The usual trick for glass without caustics: transparent for shadow rays.
+    GraphMaker graph;
+    const int path = graph.add("LightPath", {});
+    const int glass_node = graph.add("BsdfGlass", {{"Color", rgb(0.9f, 0.9f, 0.9f)}, {"Roughness", 0.0f}});
+    const int clear = graph.add("BsdfTransparent", {{"Color", rgb(0.8f, 0.9f, 0.8f)}});
+    graph.add("MixShader", {{"Fac", Link{path, "Is Shadow Ray"}},
+                            {"Shader", Link{glass_node, "BSDF"}},
+                            {"Shader_001", Link{clear, "BSDF"}}});
+    SceneMaker maker = corner(graph.surface("Shader"));
+    maker.light("l", lamp(LightType::point, 100.0f), Transform::translation({0.9f, 1.8f, -2.6f}));
+    maker.world(background(Color(0.15f, 0.2f, 0.25f)));
+    cases.push_back({"surface_transparent_for_shadow_rays", maker, {"BPT", "VCM"}});
+    // A pane of it between lamp and floor: light walks end there, next event passes.
+    SceneMaker pane = corridor();
+    pane.material("pane", maker.description().materials.at("ball")->graph);
+    quad(pane, "pane", {-2.4f, 0.9f, -2.2f}, {2.4f, 0.9f, -2.2f}, {2.4f, 2.9f, -2.2f}, "pane");
+    pane.light("l", lamp(LightType::point, 60.0f), k_above);
+    cases.push_back({"surface_pane_transparent_for_shadow_rays", pane, {"BPT", "VCM"}});
+  }
+  {
+    // A lamp whose emission depends on the path.
+    SceneMaker maker = corner(diffuse(Color(0.7f)));
+    GraphMaker graph;
+    const int path = graph.add("LightPath", {});
+    const int strength =
+        graph.add("Math", {{"Value", Link{path, "Ray Depth"}}, {"Value_001", 3.0f}, {"Value_002", 1.0f}},
+                  {{"operation", std::string("MULTIPLY_ADD")}});
+    graph.add("Emission", {{"Color", rgb(1, 1, 1)}, {"Strength", Link{strength, "Value"}}});
+    Light light = area(AreaShape::square, 1.5f, 1.5f, 30.0f);
+    light.graph = graph.surface("Emission");
+    maker.light("l", light, aimed({0.6f, 2.3f, -2.6f}, {0.2f, -1, -3.4f}));
+    cases.push_back({"surface_light_path_lamp", maker, {"BPT", "VCM"}});
+  }
+  SceneMaker sheets = lit_corridor();
+  sheets.material("t", transparent(Color(0.7f, 0.8f, 0.9f)))
+      .material("half", combined("MixShader", transparent(Color(0.9f)), diffuse(Color(0.8f))));
+  quad(sheets, "t", {-2, 0.5f, -2.4f}, {2, 0.5f, -2.4f}, {2, 2.9f, -2.2f}, "t");
+  quad(sheets, "half", {-2, 0.3f, -2.7f}, {2, 0.3f, -2.7f}, {2, 2.9f, -2.7f}, "half");
+  cases.push_back({"surface_transparent_shadows", sheets, k_all});
+
+  SceneMaker instances = corner(diffuse(Color(0.7f)));
+  instances.light("l", area(AreaShape::square, 1.5f, 1.5f, 60.0f), aimed({0.6f, 2.3f, -2.6f}, {0.2f, -1, -3.4f}));
+  instances.material("i", glossy(0.4f)).material("e", emission(Color(0.3f, 0.6f, 1.0f), 3.0f));
+  std::vector<Transform> placed, shining;
+  for (int i = 0; i < 6; ++i) {
+    const float x = -1.3f + 0.5f * static_cast<float>(i);
+    placed.push_back(aimed({x, 0.6f, -4.2f}, {0, 1, -2}) * Transform::scale({0.4f, 0.4f, i % 2 ? 0.4f : -0.2f}));
+    shining.push_back(aimed({x, -0.8f, -4.0f}, {x, 0.2f * x, -2}) * Transform::scale({0.1f, 0.2f, 0.1f}));
+  }
+  const std::vector<Vec3> corners{{-0.5f, -0.5f, 0}, {0.5f, -0.5f, 0}, {0.5f, 0.5f, 0}, {-0.5f, 0.5f, 0.3f}};
+  instances.mesh("i", corners, {{0, 1, 2}, {0, 2, 3}}, "i", placed);
+  instances.mesh("e", corners, {{0, 1, 2}, {0, 2, 3}}, "e", shining);
+  cases.push_back({"surface_instances", instances, k_round});
+
+  // Ray visibility: what some rays do not see. Lamps without size, so that shadow rays alone decide about light.
+  const auto hidden = [&](const std::string& name, Graph ball, auto&& change,
+                          const std::vector<std::string>& integrators = {"BPT", "VCM"}) {
+    SceneMaker maker = corner(std::move(ball));
+    maker.light("l", lamp(LightType::point, 100.0f), Transform::translation({0.9f, 1.8f, -2.6f}));
+    change(maker.object("ball").visibility);
+    cases.push_back({"visibility_" + name, maker, integrators});
+  };
+  hidden(
+      "no_camera", diffuse(Color(0.7f)), [](Visibility& v) { v.camera = false; }, k_round);
+  hidden("no_diffuse", diffuse(Color(0.7f)), [](Visibility& v) { v.diffuse = false; });
+  hidden("no_glossy", glossy(0.4f), [](Visibility& v) { v.glossy = false; });
+  hidden("no_transmission", glass(0.3f), [](Visibility& v) { v.transmission = false; });
+  hidden("no_shadow", diffuse(Color(0.7f)), [](Visibility& v) { v.shadow = false; });
+  hidden("only_camera", diffuse(Color(0.7f)), [](Visibility& v) { v = {true, false, false, false, false, false}; });
+  {
+    // A half mirror half matt floor under an object that its glossy rays do not see.
+    SceneMaker maker = corner(diffuse(Color(0.7f, 0.2f, 0.2f)));
+    maker.material("white", combined("MixShader", diffuse(Color(0.8f)), glossy(0.3f)));
+    maker.light("l", lamp(LightType::point, 100.0f), Transform::translation({0.9f, 1.8f, -2.6f}));
+    maker.object("ball").visibility.glossy = false;
+    cases.push_back({"visibility_no_glossy_above_mixed_floor", maker, {"BPT", "VCM"}});
+  }
+  for (const auto& [name, visibility] : {std::pair{"camera", Visibility{false, true, true, true, true, true}},
+                                         {"diffuse", Visibility{true, false, true, true, true, true}},
+                                         {"glossy", Visibility{true, true, false, true, true, true}},
+                                         {"transmission", Visibility{true, true, true, false, true, true}}}) {
+    SceneMaker maker = lit_corner(combined("MixShader", diffuse(Color(0.8f)), glass(0.3f)));
+    maker.material("white", combined("MixShader", diffuse(Color(0.8f)), glossy(0.4f)));
+    maker.object("l").visibility = visibility;
+    cases.push_back({std::string("visibility_lamp_hidden_from_") + name, maker, {"BPT", "VCM"}});
+    SceneMaker mesh = corner(combined("MixShader", diffuse(Color(0.8f)), glass(0.3f)));
+    mesh.material("e", emission(Color(1.0f, 0.8f, 0.6f), 6.0f));
+    quad(mesh, "e", {0, 2.3f, -3}, {1.2f, 2.3f, -3}, {1.2f, 2.3f, -2}, "e");
+    mesh.object("e").visibility = visibility;
+    cases.push_back({std::string("visibility_mesh_lamp_hidden_from_") + name, mesh, {"BPT", "VCM"}});
+  }
+  return cases;
+}
+
+std::vector<IntegratorCase> limit_cases() {
+  std::vector<IntegratorCase> cases;
+  const auto rich = [] {
+    SceneMaker maker = lit_corner(combined("MixShader", diffuse(Color(0.8f)), glossy(0.3f)));
+    maker.material("glass", glass(0.3f)).material("white", combined("MixShader", diffuse(Color(0.8f)), glossy(0.4f)));
+    maker.sphere("glass", Vec3(-0.8f, -0.6f, -2.9f), 0.35f, 10, "glass");
+    maker.settings.max_bounces = maker.settings.diffuse_bounces = maker.settings.glossy_bounces =
+        maker.settings.transmission_bounces = 6;
+    return maker;
+  };
+  for (int limit = 0; limit <= 2; ++limit) {
+    const std::string suffix = "_" + std::to_string(limit);
+    for (const auto& [name, member] : {std::pair{"total", &Settings::max_bounces},
+                                       {"diffuse", &Settings::diffuse_bounces},
+                                       {"glossy", &Settings::glossy_bounces},
+                                       {"transmission", &Settings::transmission_bounces}}) {
+      SceneMaker maker = rich();
+      maker.settings.*member = limit;
+      cases.push_back({std::string("limit_") + name + suffix, maker, k_round});
+    }
+    SceneMaker flat = lit_corridor(combined("MixShader", diffuse(Color(0.8f)), glossy(0.5f)),
+                                   combined("MixShader", diffuse(Color(0.8f)), glossy(0.5f)));
+    flat.settings.diffuse_bounces = limit;
+    flat.settings.glossy_bounces = 2 - limit;
+    cases.push_back({"limit_flat" + suffix, flat, k_all});
+    SceneMaker sheets = rich();
+    sheets.material("t", combined("MixShader", transparent(Color(0.9f)), diffuse(Color(0.8f))));
+    for (int i = 0; i < 3; ++i)
+      quad(sheets, "t" + std::to_string(i), {-1.5f, 1.0f + 0.2f * static_cast<float>(i), -4},
+           {1.5f, 1.0f + 0.2f * static_cast<float>(i), -4}, {1.5f, 1.1f + 0.2f * static_cast<float>(i), -2}, "t");
+    sheets.settings.transparent_bounces = limit;
+    cases.push_back({"limit_transparent" + suffix, sheets, k_round});
+    SceneMaker lamps = rich();
+    Light light = area(AreaShape::square, 1.5f, 1.5f, 60.0f);
+    light.max_bounces = limit;
+    lamps.light("l", light, aimed({0.6f, 2.3f, -2.6f}, {0.2f, -1, -3.4f}));
+    cases.push_back({"limit_lamp_bounces" + suffix, lamps, k_round});
+    SceneMaker flat_lamp = corridor();
+    flat_lamp.light("l", light, k_above);
+    cases.push_back({"limit_lamp_bounces_flat" + suffix, flat_lamp, k_all});
+  }
+  for (const bool reflective : {false, true}) {
+    SceneMaker maker = rich();
+    maker.material("ball", glossy(0.2f));
+    (reflective ? maker.settings.caustics_reflective : maker.settings.caustics_refractive) = false;
+    // Light walks do not know what scattered before: they end at glossy surfaces.
+    cases.push_back(
+        {std::string("limit_no_caustics_") + (reflective ? "reflective" : "refractive"), maker, k_round_delta});
+    SceneMaker flat = lit_corridor(diffuse(Color(0.7f)), combined("MixShader", diffuse(Color(0.6f)), glossy(0.3f)));
+    (reflective ? flat.settings.caustics_reflective : flat.settings.caustics_refractive) = false;
+    cases.push_back({std::string("limit_no_caustics_flat_") + (reflective ? "reflective" : "refractive"),
+                     flat,
+                     {"BPT", "VCM", "BPM"}});
+  }
+  return cases;
+}
+
+std::vector<IntegratorCase> integrator_cases() {
+  std::vector<IntegratorCase> cases;
+  for (auto list : {light_cases, camera_cases, lobe_cases, surface_cases, limit_cases})
+    for (IntegratorCase& one : list()) cases.push_back(std::move(one));
+  return cases;
+}
+
+}  // namespace lambent::test

@@ -20,7 +20,7 @@ class PhotonMap {
   /// @param threads to build with; 0: all. Linear in the photons
   /// @param cancel once it is set the rest is left undone and the map is empty
   void build(std::span<PhotonBatch* const> batches, float cell_m, const Bounds3& bounds, uint64_t paths, int threads,
-             const CancelFlag& cancel);
+             const CancelFlag& cancel = CancelFlag{});
 
   bool empty() const { return photons_.empty(); }
   size_t size() const { return photons_.size(); }

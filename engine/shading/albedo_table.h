@@ -1,11 +1,17 @@
 // How much a rough lobe reflects by single scattering: what multiscatter GGX restores.
 #pragma once
 
+#include "engine/base/vec.h"
+
 namespace lambent {
 
 /// Directional albedo of single-scattering GGX with reflectance 1. @param cos_view in [0, 1] @param alpha in [0, 1].
 /// In (0, 1]. Bilinear in a table that is integrated once per process on first use (20 ms); error below 0.3%.
 float ggx_reflection_albedo(float cos_view, float alpha);
+
+/// What multiscatter GGX reflects in all over what single scattering does (ggx_reflection_albedo), where each facet
+/// reflects `reflectance` in [0, 1] of the light; 1 / ggx_reflection_albedo for 1. @param cos_view, alpha as above.
+Color ggx_multiscatter_factor(float cos_view, float alpha, const Color& reflectance);
 
 /// Likewise for glass: reflection plus refraction with the dielectric Fresnel term at the microfacet.
 /// @param eta index beyond the surface over index on the side of the view, clamped to [1/3, 3].

@@ -66,8 +66,9 @@ inline Color camera_factor(const Lobe& lobe, float cos_camera) {
     if (lobe.kind == LobeKind::glass) {
       factor *= 1.0f / ggx_glass_albedo(c, alpha, eta_seen_from(lobe, cos_camera));
     } else {
-      const float e = ggx_reflection_albedo(c, alpha);
-      factor *= Color(1.0f) + lobe.f0 * ((1.0f - e) / e);  // Turquin 2019, eq. 16
+      // Facets are met at all angles: of the rise towards grazing, the cosine-weighted mean of Schlick's is 1/21.
+      const Color reflectance = lobe.fresnel == FresnelMode::none ? lobe.f0 : lerp(lobe.f0, lobe.f90, 1.0f / 21.0f);
+      factor *= ggx_multiscatter_factor(c, alpha, reflectance);
     }
   }
   return factor;

@@ -70,13 +70,14 @@ TEST(Cycles, materials_return_what_cycles_measured) {
     const std::string name = measured["name"];
     const bool is_value = is_world || name.starts_with("value ");
     // Known differences, each for a reason:
-    // - Cycles 3.4 walks random paths in the microsurface where Lambent scales single scattering. Through its
-    // multiscatter
-    //   glass a sun shines untinted and at the wrong angle, and Principled's has its colour in later bounces only:
-    //   there only BsdfGlass in a white world is compared.
+    // - Cycles 3.4 walks random paths in the microsurface where Lambent scales single scattering: in a white world both
+    //   reflect the same, but the walk spreads what bounces twice more evenly. Its reflection is compared with a sun up
+    //   to a roughness of 0.8. Through its multiscatter glass a sun shines untinted and at the wrong angle, and
+    //   Principled's has its colour in later bounces only: there only BsdfGlass in a white world is compared.
     const bool multiscatter =
         name.find("MULTI_GGX") != std::string::npos || name.find("multiscatter") != std::string::npos;
-    if (multiscatter && name.find("glass") != std::string::npos && !measured["wo"].is_null()) continue;
+    const bool glass = name.find("glass") != std::string::npos;
+    if (multiscatter && !measured["wo"].is_null() && (glass || name.ends_with("1.0"))) continue;
     if (name.starts_with("principled multiscatter glass")) continue;
     // - It samples clearcoat by another density than the one it claims, so that its white world is not the integral of
     //   its own lobe.
@@ -114,7 +115,7 @@ TEST(Cycles, materials_return_what_cycles_measured) {
     for (int k = 0; k < 3; ++k) {
       const float theirs = measured["value"][k].get<float>(), noise = measured["error"][k].get<float>();
       float tolerance = 0.005f * theirs + 2e-4f + 4.0f * std::hypot(error, noise);
-      if (multiscatter) tolerance += 0.2f * theirs + 0.003f;
+      if (multiscatter) tolerance += measured["wo"].is_null() && !glass ? 0.01f * theirs : 0.2f * theirs + 0.003f;
       // Nishita's sky is 0.1 to 1% brighter than Cycles', sun and ground 2.5%: the cause is not known
       if (is_world) tolerance += 0.03f * theirs;
       if (name.starts_with("value blackbody")) tolerance += 0.01f * theirs;  // Cycles' fit against Planck's law

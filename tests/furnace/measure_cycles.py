@@ -1,6 +1,8 @@
 """Measures what Cycles returns for single materials: the reference of cycles_test.cpp.
 
-    blender -b --factory-startup --python tests/furnace/measure_cycles.py -- tests/furnace/cycles_reference.json
+    blender -b --factory-startup --python tests/furnace/measure_cycles.py -- tests/furnace/cycles_reference.json [PART]
+
+PART: measure only the cases whose name holds it, and replace those in the file.
 
 A plane seen by an orthographic camera from direction wi is lit by a sun without size from direction wo (irradiance 1:
 the pixel is f·cos, without noise) or by a white world (the pixel is the directional albedo).
@@ -123,7 +125,7 @@ def cases():
         "many": {"Metallic": 0.3, "Transmission": 0.4, "Roughness": 0.6, "Specular": 0.8, "Specular Tint": 0.3},
     }.items():
         principled.append(("principled " + name, [("BsdfPrincipled", {**base, **inputs}, {"distribution": "GGX"})]))
-    for roughness in (0.3, 0.8):
+    for roughness in (0.3, 0.8, 1.0):
         principled.append((f"principled multiscatter metal {roughness}",
                            [("BsdfPrincipled", {**base, "Metallic": 1.0, "Roughness": roughness},
                              {"distribution": "MULTI_GGX"})]))
@@ -141,7 +143,7 @@ def cases():
         ("glossy sharp", [("BsdfGlossy", color, {"distribution": "SHARP"})]),
     ]
     for distribution in ("GGX", "BECKMANN", "MULTI_GGX"):
-        for roughness in (0.3, 0.7):
+        for roughness in (0.3, 0.7, 1.0) if distribution == "MULTI_GGX" else (0.3, 0.7):
             simple.append((f"glossy {distribution} {roughness}",
                            [("BsdfGlossy", {**color, "Roughness": roughness}, {"distribution": distribution})]))
             simple.append((f"glass {distribution} {roughness}",
@@ -229,7 +231,10 @@ def main():
     world.use_nodes = True
     background = world.node_tree.nodes["Background"]
     results = []
+    out, *part = sys.argv[sys.argv.index("--") + 1 :]
     for name, nodes in cases():
+        if part and part[0] not in name:
+            continue
         set_material(material, nodes)
         described = [{"type": kind, "inputs": {k: list(v) if isinstance(v, tuple) else v for k, v in inputs.items()},
                       "properties": properties} for kind, inputs, properties in nodes]
@@ -251,8 +256,13 @@ def main():
                 mean, error = pixel(scene)
                 results.append({"name": name, "nodes": described, "wi": list(view),
                                 "wo": list(light) if light is not None else None, "value": mean, "error": error})
-    measure_skies(scene, camera, bpy.data.objects["plane"], results)
-    with open(sys.argv[sys.argv.index("--") + 1], "w") as file:
+    if part:
+        with open(out) as file:
+            before = json.load(file)["measurements"]
+        results = [result for result in before if part[0] not in result["name"]] + results
+    else:
+        measure_skies(scene, camera, bpy.data.objects["plane"], results)
+    with open(out, "w") as file:
         lines = ",\n ".join(json.dumps(result) for result in results)
         file.write('{"made_by": "measure_cycles.py", "blender": "%s", "measurements": [\n %s]}\n'
                    % (bpy.app.version_string, lines))

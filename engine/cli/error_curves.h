@@ -14,7 +14,7 @@ namespace lambent {
 /// One render of the measured scene.
 struct CurvePoint {
   std::string integrator;     ///< or the name of another renderer
-  double time_limit_s = 0.0;  ///< what it was asked for: seconds of rendering,
+  double time_limit_s = 0.0;  ///< what it was asked for: seconds by the clock,
   int64_t sample_limit = 0;   ///< or samples a pixel; 0 where the other one is given
   uint32_t seed = 0;
   int64_t samples = 0;      ///< samples that every pixel got

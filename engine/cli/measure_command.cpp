@@ -93,8 +93,9 @@ class Measurement {
 
  private:
   Settings settings_for(const std::string& integrator, const Limit& limit, uint32_t seed) const;
-  /// Renders; 0, or the exit code if it failed or was interrupted.
-  int render(const Settings& settings, RenderOutcome& outcome);
+  /// Renders; 0, or the exit code if it failed or was interrupted. Ends as finished after `cpu_limit_s` of processor
+  /// time, 0: no limit.
+  int render(const Settings& settings, double cpu_limit_s, RenderOutcome& outcome);
   int add_point(const std::string& integrator, const Limit& limit, int number);
   bool write_picture_of(const std::string& path, const Settings& settings, const RenderOutcome& outcome);
   std::vector<std::string> names() const;
@@ -120,9 +121,16 @@ Settings Measurement::settings_for(const std::string& integrator, const Limit& l
   return settings;
 }
 
-int Measurement::render(const Settings& settings, RenderOutcome& outcome) {
-  outcome = run_.render(settings, [] {});
+int Measurement::render(const Settings& settings, double cpu_limit_s, RenderOutcome& outcome) {
+  const double start_s = process_cpu_s();
+  bool over = false;
+  outcome = run_.render(settings, [&] {
+    if (over || cpu_limit_s <= 0.0 || process_cpu_s() - start_s < cpu_limit_s) return;
+    run_.session().cancel();
+    over = true;
+  });
   if (outcome.status == RenderStatus::finished) return 0;
+  if (outcome.status == RenderStatus::cancelled && over && !interrupted()) return 0;
   if (outcome.status == RenderStatus::cancelled) {
     say("Interrupted.");
     return k_interrupted;
@@ -156,7 +164,7 @@ int Measurement::load_reference() {
     if (!options_.quiet)
       say(fmt::format("rendering the reference with {} for {} s", settings.integrator, settings.time_limit_s));
     RenderOutcome outcome;
-    if (const int code = render(settings, outcome)) return code;
+    if (const int code = render(settings, 0.0, outcome)) return code;
     built_ = true;
     if (!write_picture_of(options_.reference, settings, outcome)) return 1;
   }
@@ -175,10 +183,12 @@ int Measurement::load_reference() {
 }
 
 int Measurement::add_point(const std::string& integrator, const Limit& limit, int number) {
-  const Settings settings = settings_for(integrator, limit, settings_.seed + static_cast<uint32_t>(number));
+  Settings settings = settings_for(integrator, limit, settings_.seed + static_cast<uint32_t>(number));
+  double cpu_limit_s = 0.0;
+  if (options_.clock == "cpu") std::swap(cpu_limit_s, settings.time_limit_s);
   const double cpu_before_s = process_cpu_s();
   RenderOutcome outcome;
-  if (const int code = render(settings, outcome)) return code;
+  if (const int code = render(settings, cpu_limit_s, outcome)) return code;
   CurvePoint point{integrator,    limit.time_s,    limit.samples,
                    settings.seed, outcome.samples, outcome.statistics.render_s};
   point.cpu_s = process_cpu_s() - cpu_before_s;
@@ -204,7 +214,7 @@ int Measurement::measure() {
   for (const int64_t samples : options_.samples) limits.push_back({0.0, samples});
   if (!built_ && !limits.empty()) {  // so that no point's CPU time holds the building of the scene
     RenderOutcome outcome;
-    if (const int code = render(settings_for(options_.integrators.front(), {0.0, 1}, settings_.seed), outcome))
+    if (const int code = render(settings_for(options_.integrators.front(), {0.0, 1}, settings_.seed), 0.0, outcome))
       return code;
     print_messages(run_.report(), options_.quiet);
   }
@@ -320,7 +330,7 @@ Command add_measure_command(CLI::App& program) {
   app->add_option("--integrators", options->integrators, "Integrators to measure; default: all")
       ->allow_extra_args(false)
       ->delimiter(',');
-  app->add_option("--times", options->times_s, "Seconds of rendering, a point each")
+  app->add_option("--times", options->times_s, "Seconds of rendering by --clock, a point each")
       ->allow_extra_args(false)
       ->delimiter(',')
       ->check(CLI::PositiveNumber);
@@ -332,7 +342,8 @@ Command add_measure_command(CLI::App& program) {
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
   app->add_option("--baseline", options->baseline, "Integrator that speed-ups are ratios to")->capture_default_str();
-  app->add_option("--clock", options->clock, "Time that curves are drawn over: cpu (of all threads) or render (wall)")
+  app->add_option("--clock", options->clock,
+                  "Time that limits and curves are in: cpu (of all threads) or render (wall)")
       ->check(CLI::IsMember({"cpu", "render"}))
       ->capture_default_str();
   app->add_option("--with", options->with, "Further curves to draw and compare: CSVs such as this command writes")

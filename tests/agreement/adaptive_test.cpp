@@ -82,7 +82,7 @@ TEST(AdaptiveSampling, ends_with_no_more_noise_than_was_asked_for_and_the_right_
     const Batch batch = render_batch(maker, 1);
     EXPECT_LT(true_noise(batch), threshold);
     EXPECT_GT(batch.samples_a_pixel, samples_before) << "a stricter threshold takes more samples";
-    EXPECT_LT(batch.samples_a_pixel, 512) << "it stopped by the threshold";
+    EXPECT_LT(batch.samples_a_pixel, 1 << 12) << "it stopped by the threshold, far from the limit";
     samples_before = batch.samples_a_pixel;
     const auto [brightness, error] = level(batch);
     EXPECT_NEAR(brightness, expected, 4.5 * std::hypot(error, expected_error));

@@ -43,19 +43,19 @@ def main():
     )  # fmt: skip
     wood = blocks.principled("Door", Base_Color=(0.32, 0.16, 0.07), Roughness=0.4)
 
-    # This room: x -2..2, y -2.6..2. The other: y 2.1..5.
-    blocks.place(scene, blocks.quad("Floor", [(-2, -2.6, 0), (2, -2.6, 0), (2, 5, 0), (-2, 5, 0)], 3.0), boards)
-    blocks.place(scene, blocks.quad("Ceiling", [(-2, 5, 2.6), (2, 5, 2.6), (2, -2.6, 2.6), (-2, -2.6, 2.6)]), plaster)
+    # This room: x -2..2, y -2.6..2. The other: y 2.1..4.
+    blocks.place(scene, blocks.quad("Floor", [(-2, -2.6, 0), (2, -2.6, 0), (2, 4, 0), (-2, 4, 0)], 3.0), boards)
+    blocks.place(scene, blocks.quad("Ceiling", [(-2, 4, 2.6), (2, 4, 2.6), (2, -2.6, 2.6), (-2, -2.6, 2.6)]), plaster)
     blocks.place(scene, blocks.wall("Left", 4.6, 2.6, 0.1), plaster, (-2, -2.6, 0), (0, 0, 90))
     blocks.place(scene, blocks.wall("Right", 4.6, 2.6, 0.1), plaster, (2.1, -2.6, 0), (0, 0, 90))
     blocks.place(scene, blocks.wall("Front", 4.0, 2.6, 0.1), plaster, (-2, -2.7, 0))
     blocks.place(scene, blocks.wall("Back", 4.0, 2.6, 0.1, (2.35, 3.25, 0.0, 2.05)), plaster, (-2, 2.0, 0))
-    blocks.place(scene, blocks.wall("Far left", 2.9, 2.6, 0.1), warm, (-2, 2.1, 0), (0, 0, 90))
-    blocks.place(scene, blocks.wall("Far right", 2.9, 2.6, 0.1), warm, (2.1, 2.1, 0), (0, 0, 90))
-    blocks.place(scene, blocks.wall("Far", 4.0, 2.6, 0.1), warm, (-2, 5.0, 0))
-    # Hinged at the right of the opening, ajar by 16 degrees into the other room.
+    blocks.place(scene, blocks.wall("Far left", 1.9, 2.6, 0.1), warm, (-2, 2.1, 0), (0, 0, 90))
+    blocks.place(scene, blocks.wall("Far right", 1.9, 2.6, 0.1), warm, (2.1, 2.1, 0), (0, 0, 90))
+    blocks.place(scene, blocks.wall("Far", 4.0, 2.6, 0.1), warm, (-2, 4.0, 0))
+    # Hinged at the right of the opening, ajar by 22 degrees into the other room.
     door = blocks.place(scene, blocks.box("Door", (0.89, 0.04, 2.04)), wood)
-    hinge = blocks.place(scene, blocks.box("Hinge", (0.02, 0.02, 1.9)), wood, (1.24, 2.08, 1.02), (0, 0, -16))
+    hinge = blocks.place(scene, blocks.box("Hinge", (0.02, 0.02, 1.9)), wood, (1.24, 2.08, 1.02), (0, 0, -22))
     door.parent, door.location = hinge, (-0.45, 0.0, 0.005)
     knob = blocks.place(scene, blocks.sphere("Knob", 0.03, 32, 16), blocks.metal("Brass", (0.9, 0.62, 0.25), 0.25))
     knob.parent, knob.location = hinge, (-0.83, -0.06, 0.0)
@@ -78,7 +78,7 @@ def main():
     )  # fmt: skip
 
     blocks.light(
-        scene, "AREA", "Lamp", 4500.0, (1.7, 3.6, 2.0), (-2.0, 3.9, 1.2), (1.0, 0.86, 0.62), shape="RECTANGLE", size=0.6, size_y=0.6
+        scene, "AREA", "Lamp", 1500.0, (1.7, 3.1, 2.0), (-2.0, 3.3, 1.2), (1.0, 0.86, 0.62), shape="RECTANGLE", size=0.6, size_y=0.6
     )
     blocks.world(scene)
     blocks.camera(scene, (-0.55, -2.5, 1.5), (0.02, 0.6, 0.98), 26.0)

@@ -13,7 +13,7 @@ import known_differences
 k_kinds = ("value", "input", "surface")
 
 
-def run(folder, kinds, nodes=None, every=1, samples=None, timeout_s=1800):
+def run(folder, kinds, nodes=None, every=1, samples=None, timeout_s=3600):
     """Renders the cases with both engines in one Blender; returns (Blender's version, [compare.Verdict]). The verdicts of
     cases that differ as known carry the reason as their note."""
     folder.mkdir(parents=True, exist_ok=True)

@@ -23,7 +23,7 @@ k_columns = 64  # patches in a row of the picture
 k_sphere_patch = 16  # pixels on a side of the picture of one sphere
 k_sphere_columns = 20
 k_seeds = {"value": (1, 2), "input": tuple(range(1, 9)), "surface": tuple(range(1, 9))}
-k_samples = {"value": 1, "input": 16, "surface": 64}
+k_samples = {"value": 1, "input": 16, "surface": 32}
 
 
 def patch_mesh():
@@ -238,7 +238,7 @@ def main():
             scene, columns = surface_scene(chosen, job["out"])
             chosen = [{"node": node, "options": {}, "variant": label, "output": ""} for node, label, _ in chosen]
         for engine in job["engines"] if chosen else ():
-            render(scene, engine, job, kind, k_seeds[kind], job.get("samples", k_samples[kind]))
+            render(scene, engine, job, kind, k_seeds[kind], k_samples[kind] if kind == "value" else job.get("samples", k_samples[kind]))
         patch = k_patch if kind == "value" else k_sphere_patch
         found = {"cases": chosen, "columns": columns, "patch": patch, "blender": bpy.app.version_string}
         with open(f"{job['out']}/{kind}.json", "w", encoding="utf-8") as file:

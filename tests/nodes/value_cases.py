@@ -130,7 +130,9 @@ def options_of(node):
         if definition.identifier in k_base_properties or definition.is_hidden:
             continue
         if definition.type == "ENUM":
-            choices[definition.identifier] = [item.identifier for item in definition.enum_items]
+            choices[definition.identifier] = [
+                item.identifier for item in definition.enum_items if _settable(node, definition.identifier, item.identifier)
+            ]
         elif definition.type == "BOOLEAN":
             choices[definition.identifier] = [False, True]
     rules = k_irrelevant.get(node.bl_idname[len("ShaderNode") :], [])
@@ -143,6 +145,17 @@ def options_of(node):
         else:
             found.append(options)
     return found
+
+
+def _settable(node, name, item):
+    """Whether the item is one for shader nodes: some are of the same node in other editors."""
+    before = getattr(node, name)
+    try:
+        setattr(node, name, item)
+    except TypeError:
+        return False
+    setattr(node, name, before)
+    return True
 
 
 def value_cases():

@@ -306,15 +306,18 @@ TypedValue wavelength(Compiler& c, int n, S, int shift) {
   return color_of(c.expressions().operation(Op::wavelength, 0, {c.number(n, "Wavelength", 500, shift)}, 3));
 }
 
+// Rows of the tables that ramps and curves are sampled into: as many as the Blender hands to its Cycles.
+int table_rows(Compiler& c, int n) { return std::clamp(static_cast<int>(c.property(n, "table_rows", 256.0f)), 2, 4096); }
+
 TypedValue color_ramp(Compiler& c, int n, S socket, int shift) {
-  constexpr int k_rows = 256;  // as Blender hands its ramps to Cycles
+  const int rows = table_rows(c, n);
   auto stops = c.node(n).ramp;
   std::stable_sort(stops.begin(), stops.end(), [](const auto& a, const auto& b) { return a[0] < b[0]; });
   if (stops.empty()) stops = {{0, 0, 0, 0, 1}, {1, 1, 1, 1, 1}};
   const int mode = c.choice(n, "ramp_interpolation", {"LINEAR", "CONSTANT", "EASE"});
   std::vector<float> table;
-  for (int row = 0; row < k_rows; ++row) {
-    const float x = static_cast<float>(row) / (k_rows - 1);
+  for (int row = 0; row < rows; ++row) {
+    const float x = static_cast<float>(row) / (rows - 1);
     size_t next = 0;
     while (next < stops.size() && stops[next][0] <= x) ++next;
     for (int k = 1; k <= 4; ++k) {
@@ -347,14 +350,14 @@ float curve_at(const std::vector<float>& curve, float x) {
 
 TypedValue curves(Compiler& c, int n, const char* input, const char* factor, const std::vector<int>& order,
                   int combined, SocketKind kind, int shift) {
-  constexpr int k_rows = 256;  // as Blender hands its curves to Cycles
+  const int rows = table_rows(c, n);
   const auto& sampled = c.node(n).curves;
   float low = 0.0f, high = 1.0f;
   for (const auto& curve : sampled)
     if (curve.size() >= 4) low = std::min(low, curve[0]), high = std::max(high, curve[curve.size() - 2]);
   std::vector<float> table;
-  for (int row = 0; row < k_rows; ++row) {
-    const float x = lerp(low, high, static_cast<float>(row) / (k_rows - 1));
+  for (int row = 0; row < rows; ++row) {
+    const float x = lerp(low, high, static_cast<float>(row) / (rows - 1));
     for (const int channel : order) {
       float y = x;
       if (combined >= 0 && combined < static_cast<int>(sampled.size())) y = curve_at(sampled[combined], y);
@@ -408,7 +411,7 @@ TypedValue vector_math(Compiler& c, int n, S socket, int shift) {
       "ADD",     "SUBTRACT",    "MULTIPLY",    "DIVIDE",   "MULTIPLY_ADD", "CROSS_PRODUCT", "PROJECT",   "REFLECT",
       "REFRACT", "FACEFORWARD", "DOT_PRODUCT", "DISTANCE", "LENGTH",       "SCALE",         "NORMALIZE", "ABSOLUTE",
       "POWER",   "SIGN",        "MINIMUM",     "MAXIMUM",  "FLOOR",        "CEIL",          "FRACTION",  "MODULO",
-      "WRAP",    "SNAP",        "SINE",        "COSINE",   "TANGENT"};
+      "WRAP",    "SNAP",        "SINE",        "COSINE",   "TANGENT", "ROUND"};
   Expressions& e = c.expressions();
   const int operation = c.choice(n, "operation", names);
   const Value a = c.vector(n, "Vector", Vec3(0.0f), shift), b = c.vector(n, "Vector_001", Vec3(0.0f), shift);

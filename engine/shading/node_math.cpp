@@ -177,6 +177,8 @@ Vec3 vector_operation(VectorOperation operation, const Vec3& a, const Vec3& b, c
       return each(a, [](float x) { return std::cos(x); });
     case VectorOperation::tangent:
       return each(a, [](float x) { return std::tan(x); });
+    case VectorOperation::round:
+      return each(a, [](float x) { return std::floor(x + 0.5f); });
     case VectorOperation::dot:
     case VectorOperation::distance:
     case VectorOperation::length:

@@ -193,7 +193,8 @@ enum class VectorOperation : uint8_t {
   snap,
   sine,
   cosine,
-  tangent
+  tangent,
+  round
 };
 
 enum class MapRange : uint8_t { linear, stepped, smoothstep, smootherstep };

@@ -346,3 +346,76 @@ def test_focus_distance_is_measured_in_metres_from_the_camera(run_blender):
     run = run_blender("scene.camera.data.dof.use_dof = True\nscene.camera.data.dof.focus_distance = 7\nrender()\n")
     assert run.values("camera")["camera"]["depth_of_field"]["focus_distance_m"] == 7
     assert math.isclose(run.values("camera")["camera"]["transform"][0], 1.0)
+
+
+def test_attributes_of_objects_and_of_the_scene_travel(run_blender):
+    run = run_blender(
+        simple(
+            """
+bpy.context.scene['wear'] = 0.25
+for thing in bpy.data.objects: thing['own'] = [0.1, 0.2, 0.3]
+own, wear = nodes.new('ShaderNodeAttribute'), nodes.new('ShaderNodeAttribute')
+own.attribute_type, own.attribute_name = 'OBJECT', 'own'
+wear.attribute_type, wear.attribute_name = 'VIEW_LAYER', 'wear'
+diffuse = nodes.new('ShaderNodeBsdfDiffuse')
+links.new(own.outputs['Color'], diffuse.inputs['Color'])
+links.new(wear.outputs['Fac'], diffuse.inputs['Roughness'])
+links.new(diffuse.outputs[0], output.inputs['Surface'])
+"""
+        )
+    )
+    diffuse = surface_node(graph_of(run))
+    assert diffuse["inputs"]["Roughness"] == pytest.approx(0.25)
+    attributes = [value["attributes"] for value in run.values("object").values() if "mesh" in value]
+    assert attributes and all(np.allclose(found["own"], [0.1, 0.2, 0.3, 1.0]) for found in attributes)
+
+
+def test_light_profiles_and_directions_of_normal_nodes_travel(run_blender):
+    graph = graph_of(
+        run_blender(
+            simple(
+                """
+text = bpy.data.texts.new('profile'); text.from_string('TILT=NONE')
+profile, normal = nodes.new('ShaderNodeTexIES'), nodes.new('ShaderNodeNormal')
+profile.ies = text
+normal.outputs['Normal'].default_value = (0.6, 0.0, 0.8)
+diffuse = nodes.new('ShaderNodeBsdfDiffuse')
+links.new(profile.outputs['Fac'], diffuse.inputs['Color'])
+links.new(normal.outputs['Dot'], diffuse.inputs['Roughness'])
+links.new(diffuse.outputs[0], output.inputs['Surface'])
+"""
+            )
+        )
+    )
+    diffuse = surface_node(graph)
+    assert linked(graph, diffuse, "Color")[0]["properties"]["profile"].strip() == "TILT=NONE"
+    assert np.allclose(linked(graph, diffuse, "Roughness")[0]["properties"]["direction"], [0.6, 0.0, 0.8])
+
+
+def test_each_tile_of_a_tiled_image_is_a_texture(run_blender, tmp_path):
+    run = run_blender(
+        simple(
+            f"""
+for number in (1001, 1012):
+    tile = bpy.data.images.new('tile', 2, 2)
+    tile.filepath_raw, tile.file_format = {str(tmp_path)!r} + f'/tile.{{number}}.png', 'PNG'
+    tile.save()
+tiles = bpy.data.images.load({str(tmp_path)!r} + '/tile.1001.png')
+tiles.source, tiles.filepath = 'TILED', {str(tmp_path)!r} + '/tile.<UDIM>.png'
+if not any(tile.number == 1012 for tile in tiles.tiles): tiles.tiles.new(1012)
+image = nodes.new('ShaderNodeTexImage'); image.image = tiles
+emission = nodes.new('ShaderNodeEmission')
+links.new(image.outputs['Color'], emission.inputs['Color'])
+links.new(emission.outputs[0], output.inputs['Surface'])
+"""
+        )
+    )
+    graph = graph_of(run)
+    textures = [node for node in graph["nodes"] if node["type"] == "TexImage"]
+    paths = {run.values("image")[node["properties"]["image"]]["path"] for node in textures}
+    assert {path.rsplit("/", 1)[1] for path in paths} == {"tile.1001.png", "tile.1012.png"}
+    moved = [graph["nodes"][node["inputs"]["Vector"]["link"][0]]["inputs"]["Location"] for node in textures]
+    assert sorted(moved) == [[-1.0, -1.0, 0.0], [-0.0, -0.0, 0.0]]
+    # Where no tile lies it is pink.
+    mixes = [node for node in graph["nodes"] if node["type"] == "Mix" and "A_Color" in node["inputs"]]
+    assert any(node["inputs"]["A_Color"] == [1.0, 0.0, 1.0] for node in mixes)

@@ -215,7 +215,7 @@ def render(scene, engine, job, kind, seeds, samples):
     settings = {"filter_width": 0.01} if kind == "value" else {}
     size = scene.render.resolution_x, scene.render.resolution_y
     render_job.prepare(scene, {
-        "engine": engine, "daemon": job["daemon"], "width": size[0], "height": size[1], "samples": samples, "relight": False,
+        "engine": engine, "daemon": job["daemon"], "width": size[0], "height": size[1], "samples": samples, "variant": None,
         "settings": settings,
     })  # fmt: skip
     for seed in seeds:

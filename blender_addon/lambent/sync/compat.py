@@ -13,6 +13,9 @@ import numpy as np
 # from, which Blender reports as an error when it quits.
 FOREACH_LEAKS_INSTANCES = bpy.app.version < (5, 0, 0)
 
+# Rows of the tables into which Blender samples ramps and curves for Cycles (3.4 and 5.2 were looked at).
+RAMP_TABLE_ROWS = 257 if bpy.app.version >= (5, 0, 0) else 256
+
 # The Voronoi Texture hashes its cells as whole numbers since 5.0, so that its patterns are others.
 VORONOI_HASHES_CELLS = bpy.app.version >= (5, 0, 0)
 

@@ -8,7 +8,7 @@ import bpy
 from . import compat
 
 # As many as Blender hands to Cycles, at the same places.
-CURVE_SAMPLES = 256
+CURVE_SAMPLES = compat.RAMP_TABLE_ROWS
 
 _BASE_PROPERTIES = frozenset(bpy.types.Node.bl_rna.properties.keys()) | {"node_tree", "interface"}
 
@@ -84,9 +84,11 @@ def _read_pointer(node, name, value, images, edits, owner_name, found):
             found["image"] = identifier
     elif isinstance(value, bpy.types.ColorRamp):
         found["ramp"], found["ramp_interpolation"] = _ramp(value)
+        found["table_rows"] = CURVE_SAMPLES
     elif isinstance(value, bpy.types.CurveMapping):
         found["curves"] = _curves(node, value)
         found["extend"] = value.extend
+        found["table_rows"] = CURVE_SAMPLES
     elif isinstance(value, bpy.types.Object):
         location, rotation, scale = value.matrix_world.decompose()
         found["object_transform"] = (location, rotation.to_euler("XYZ"), scale)

@@ -105,7 +105,7 @@ TEST(PhotonMap, finds_exactly_the_photons_within_the_radius) {
   for (const float cell : {0.02f, 0.1f, 1.0f, 1e-9f, 1e9f}) {
     std::vector<PhotonBatch> copy = batches;
     PhotonMap map;
-    map.build(pointers(copy), cell, k_bounds, 14000, 2);
+    map.build(pointers(copy), cell, k_bounds, 14000, 2, {});
     ASSERT_EQ(map.size(), all.size());
     RandomStream random(5);
     // Radii of some cells at most: a query visits them all.
@@ -128,7 +128,7 @@ TEST(PhotonMap, finds_exactly_the_photons_within_the_radius) {
 TEST(PhotonMap, a_cap_keeps_the_expected_sum) {
   std::vector<PhotonBatch> batches = random_batches(3, 3000, 6);
   PhotonMap map;
-  map.build(pointers(batches), 0.1f, k_bounds, 9000, 1);
+  map.build(pointers(batches), 0.1f, k_bounds, 9000, 1, {});
   const Vec3 p(0.5f);
   double all = 0.0;
   size_t count = 0;
@@ -160,7 +160,7 @@ TEST(PhotonMap, content_and_order_depend_on_neither_the_order_of_batches_nor_thr
       std::vector<PhotonBatch> copy = batches;
       if (reversed) std::reverse(copy.begin(), copy.end());
       PhotonMap map;
-      map.build(pointers(copy), 0.2f, k_bounds, 6300, threads);
+      map.build(pointers(copy), 0.2f, k_bounds, 6300, threads, {});
       std::vector<Found> found;
       for (const Vec3& p : {Vec3(0.5f), Vec3(1.5f, 1.0f, 0.3f), Vec3(0.0f)}) found.push_back(query(map, p, 0.4f));
       ASSERT_GT(found[0].size(), 100u);
@@ -172,7 +172,7 @@ TEST(PhotonMap, content_and_order_depend_on_neither_the_order_of_batches_nor_thr
 
 TEST(PhotonMap, of_nothing_answers_nothing) {
   PhotonMap map;
-  map.build({}, 0.1f, Bounds3(), 0, 1);
+  map.build({}, 0.1f, Bounds3(), 0, 1, {});
   EXPECT_TRUE(map.empty());
   EXPECT_TRUE(query(map, Vec3(0.0f), 1.0f).empty());
 }
@@ -187,7 +187,7 @@ TEST(PhotonMap, a_million_photons_in_one_point_are_looked_at_in_part) {
     batches[0].photons.push_back({Vec3(0.3f), 1, PackedColor::of(Color(1.0f)), 2, static_cast<uint32_t>(i)});
   }
   PhotonMap map;
-  map.build(pointers(batches), 0.1f, k_bounds, 1000000, 2);
+  map.build(pointers(batches), 0.1f, k_bounds, 1000000, 2, {});
   double sum = 0.0;
   size_t looked_at = 0;
   map.query(Vec3(0.3f), 0.01f, 2048, 0.5f, [&](const Photon&, float scale) {

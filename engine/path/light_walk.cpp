@@ -58,7 +58,7 @@ LightVertex& LightWalk::next_vertex() {
   return vertices_[static_cast<size_t>(count_)];
 }
 
-void LightWalk::trace(const Sampler& sampler) {
+void LightWalk::trace(const Sampler& sampler, float time) {
   count_ = 0;
   const LightSet& lights = scene_.lights();
   const EmissionSample start =
@@ -88,6 +88,7 @@ void LightWalk::trace(const Sampler& sampler) {
   uint64_t events = 0;
   int depth = 1;
   ShadingPoint point;
+  point.time = time;
   Bsdf& bsdf = seen_.bsdf;
   for (uint32_t event_index = 0;; ++event_index) {
     Hit hit;
@@ -103,6 +104,7 @@ void LightWalk::trace(const Sampler& sampler) {
     const float distance = passed + hit.t;
     const float cos_here = std::fabs(dot(surface.ng_world, ray.direction));
     vertex.depth = depth;
+    vertex.time = time;
     vertex.throughput = throughput;
     vertex.counts = counts;
     vertex.events = events;
@@ -232,6 +234,7 @@ bool LightWalk::same_from(const LightVertex& vertex, const Vec3& direction) cons
 }
 
 void LightWalk::evaluate_from(const LightVertex& vertex, const Vec3& direction, Scratch& scratch) const {
+  scratch.point.time = vertex.time;
   const PathCounts seen_as{k_ray_diffuse, 1, 1, 0, 0, 0};  // programs that ask are not evaluated from here
   scene_.fill_shading_point(vertex.surface, *vertex.binding, direction, 0.0f,
                             scene_.footprint_at(vertex.surface.p_world), seen_as, scratch.point);

@@ -21,6 +21,7 @@ struct LightVertex {
   Vec3 ng_world{0.0f};     ///< geometric normal on wi's side
   Color throughput{0.0f};  ///< flux of the walk on arrival, W
   int depth = 1;
+  float time = 0.0f;  ///< when, as CameraRay's: a walk happens at one moment, that of the camera walk it is joined to
   float own_area = 0.0f;  ///< l of this vertex (path_pdfs.h); depth 1: of leaving the light and getting here
   float previous_per_solid_angle =
       0.0f;  ///< cos / d² at the vertex before: turns densities of directions to it into areas
@@ -58,7 +59,7 @@ class LightWalk {
 
   /// Walks from a light chosen by power. Vertices on surfaces that do not let light walks scatter are kept with an
   /// empty bsdf: they serve merging alone.
-  void trace(const Sampler& sampler);
+  void trace(const Sampler& sampler, float time = 0.0f);
 
   const std::vector<LightVertex>& storage() const { return vertices_; }
   int size() const { return count_; }

@@ -578,6 +578,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
   Ray ray{camera_ray.origin, camera_ray.t_min, camera_ray.direction, camera_ray.t_max, k_visible_camera};
   RayCone cone{camera_ray.width_m, camera_ray.spread};
   ShadingPoint point;
+  point.time = camera_ray.time;
   Bsdf bsdf;
   for (uint32_t event_index = 0;; ++event_index) {
     Hit geometry_hit;

@@ -172,7 +172,7 @@ TEST(TriangleMesh, attributes_interpolate_by_domain) {
   const Triangle p = mesh->triangle(1);
   const Vec3 position = p[0] * 0.25f + p[1] * 0.25f + p[2] * 0.5f;
   EXPECT_EQ(mesh->attribute(mesh->find_uv(""), 1, b), Vec4(position.x, position.y, 0, 1));
-  EXPECT_EQ(mesh->attribute(mesh->find_attribute("face"), 1, b), Vec4(6, 0, 0, 1));
+  EXPECT_EQ(mesh->attribute(mesh->find_attribute("face"), 1, b), Vec4(6, 6, 6, 1));
   EXPECT_EQ(mesh->attribute(mesh->find_color("vertex"), 0, b), Vec4(0.25f, 0.5f, 0, 0));
   EXPECT_EQ(mesh->find_color("UVMap"), -1);
   const auto gradient = mesh->attribute_gradient(mesh->find_uv("UVMap"), 0, b);

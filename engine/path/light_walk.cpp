@@ -236,6 +236,14 @@ void LightWalk::evaluate_from(const LightVertex& vertex, const Vec3& direction, 
   vertex.binding->program->evaluate(scratch.point, scene_.textures(), scratch.bsdf);
 }
 
+bool LightWalk::has_delta_lobe(const SurfaceHit& surface, const SurfaceBinding& binding, const Vec3& wi_world,
+                               LobeKind kind, Scratch& scratch) const {
+  scene_.fill_shading_point(surface, binding, wi_world, 0.0f, scene_.footprint_at(surface.p_world),
+                            {k_ray_diffuse, 1, 1, 0, 0, 0}, scratch.point);
+  binding.program->evaluate(scratch.point, scene_.textures(), scratch.bsdf);
+  return std::ranges::any_of(scratch.bsdf.lobes(), [&](const Lobe& lobe) { return lobe.kind == kind; });
+}
+
 bool LightWalk::scatter(const LightVertex& vertex, const Vec3& direction, bool first_hit, bool want_shares,
                         Scratch& scratch, LightScatter& result) const {
   if (!vertex.bsdf.has_non_delta()) return false;

@@ -81,6 +81,11 @@ class LightWalk {
   bool scatter(const LightVertex& vertex, const Vec3& direction_world, bool first_hit, bool want_shares,
                Scratch& scratch, LightScatter& result) const;
 
+  /// Whether a walk that arrives from the side of `wi_world` (unit) can pick a delta lobe of that kind there: what
+  /// depends on the view may be there for the camera's direction alone (Fresnel nodes beyond the critical angle).
+  bool has_delta_lobe(const SurfaceHit& surface, const SurfaceBinding& binding, const Vec3& wi_world, LobeKind kind,
+                      Scratch& scratch) const;
+
  private:
   bool same_from(const LightVertex& vertex, const Vec3& direction) const;
   void evaluate_from(const LightVertex& vertex, const Vec3& direction, Scratch& scratch) const;

@@ -9,8 +9,11 @@ namespace lambent {
 /// @param transparency false: the scene has none, so that one occlusion query answers (KernelProfile::solid)
 /// @param counts where the path stands, for surfaces that ask; ray_kind is what the surfaces take the ray for
 /// @param limit transparent surfaces that a path may pass, those in counts.transparent included
+/// @param depended set to true if a surface on the way let through what it did because of the camera's path (Light Path
+///        node): no light walk passes there
 template <bool transparency>
-Color segment_transmittance(const Scene& scene, const Ray& ray, const PathCounts& counts, int limit) {
+Color segment_transmittance(const Scene& scene, const Ray& ray, const PathCounts& counts, int limit,
+                            bool* depended = nullptr) {
   if constexpr (!transparency) {
     return Color(scene.geometry().occluded(ray) ? 0.0f : 1.0f);
   } else {
@@ -25,6 +28,7 @@ Color segment_transmittance(const Scene& scene, const Ray& ray, const PathCounts
       ShadingPoint point;
       scene.fill_shading_point(surface, binding, wi, hit.t * length(ray.direction), {}, counts, point);
       transmittance *= binding.program->transparency(point, scene.textures());
+      if (depended && binding.program->traits().path_dependent) *depended = true;
       return !is_black(transmittance);
     });
     return blocked ? Color(0.0f) : transmittance;

@@ -499,6 +499,12 @@ std::vector<IntegratorCase> surface_cases() {
     maker.light("l", lamp(LightType::point, 100.0f), Transform::translation({0.9f, 1.8f, -2.6f}));
     maker.world(background(Color(0.15f, 0.2f, 0.25f)));
     cases.push_back({"surface_transparent_for_shadow_rays", maker, {"BPT", "VCM"}});
+    // A pane of it between lamp and floor: light walks end there, next event passes.
+    SceneMaker pane = corridor();
+    pane.material("pane", maker.description().materials.at("ball")->graph);
+    quad(pane, "pane", {-2.4f, 0.9f, -2.2f}, {2.4f, 0.9f, -2.2f}, {2.4f, 2.9f, -2.2f}, "pane");
+    pane.light("l", lamp(LightType::point, 60.0f), k_above);
+    cases.push_back({"surface_pane_transparent_for_shadow_rays", pane, {"BPT", "VCM"}});
   }
   {
     // A lamp whose emission depends on the path.

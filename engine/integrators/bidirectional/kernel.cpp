@@ -133,13 +133,13 @@ void Kernel<profile>::add(const Color& contribution, Technique technique, float 
 }
 
 template <KernelProfile profile>
-Color Kernel<profile>::visibility(const Ray& ray, uint32_t ray_kind, int transparent_before) {
+Color Kernel<profile>::visibility(const Ray& ray, uint32_t ray_kind, int transparent_before, bool* depended) {
   ++counts_.rays;
   PathCounts counts = path_counts();
   counts.ray_kind = ray_kind;
   if (ray_kind != k_ray_camera) ++counts.depth;
   counts.transparent = transparent_before;
-  return segment_transmittance<k_transparency>(scene_, ray, counts, settings_.bounces.transparent);
+  return segment_transmittance<k_transparency>(scene_, ray, counts, settings_.bounces.transparent, depended);
 }
 
 template <KernelProfile profile>
@@ -181,7 +181,7 @@ float Kernel<profile>::emission_weight(LightIndex light, const Vec3& n_light, co
                                                                          direction, distance, uv)
                                        : 0.0f;
   const float cosine = std::fabs(dot(last_.ng_world, direction));
-  pdfs_.light[m_] = !(pdfs_.flags[m_] & k_light_begins)
+  pdfs_.light[m_] = depended_ || !(pdfs_.flags[m_] & k_light_begins)
                         ? 0.0f
                         : cosine * light_walk_density(scene_.lights(), light, n_light, -direction, distance,
                                                       &pdfs_.light_conditional);
@@ -296,8 +296,13 @@ void Kernel<profile>::next_event(const Here& here) {
       }
       ray = segment(origin, target, k_visible_shadow);
     }
-    contribution *= visibility(ray, k_ray_shadow, bounces_.transparent);
+    bool depended = false;
+    contribution *= visibility(ray, k_ray_shadow, bounces_.transparent, &depended);
     if (is_black(contribution)) return;
+    if (depended && pass_.set.weighted()) {
+      pdfs_.light[here.i] = 0.0f;
+      weight = weigh(pdfs_, Technique::next_event, here.i, reach_);
+    }
   }
   pdfs_.n = here.i;
   const EventSequence walked = events_;
@@ -361,8 +366,13 @@ void Kernel<profile>::connect(const Here& here, const LightWalk& walk, float sca
     const Vec3 origin = offset_origin(here.hit.p_world, here.hit.p_error, here.hit.ng_world, direction);
     const Vec3 target =
         offset_origin(vertex.surface.p_world, vertex.surface.p_error, vertex.surface.ng_world, -direction);
-    contribution *=
-        visibility(segment(origin, target, kind & k_visible_all), kind, before.transparent + vertex.counts.transparent);
+    bool depended = false;
+    contribution *= visibility(segment(origin, target, kind & k_visible_all), kind,
+                               before.transparent + vertex.counts.transparent, &depended);
+    if (depended && pass_.set.weighted()) {
+      pdfs_.light[here.i] = 0.0f;
+      weight = weigh(pdfs_, Technique::connection, here.i, reach_);
+    }
     if (is_black(contribution)) continue;
     const EventSequence walked = events_;
     if (settings_.observer) {
@@ -567,6 +577,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
   first_instance_ = ~0u;
   events_ = {};
   distance_before_ = 0.0f;
+  depended_ = false;
   only_transparent_ = only_delta_ = true;
   pdfs_.n = 0;
   last_.p_world = camera_ray.origin;
@@ -627,7 +638,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
       pdfs_.flags[i] = k_connectible | light_flags;
       const Here here{point,  hit,
                       bsdf,   light_receiver_normal(bsdf, point.ng_world),
-                      i,      m_ > 0 ? std::fabs(dot(last_.ng_world, ray.direction)) * per_area : 0.0f,
+                      i,      m_ > 0 && !depended_ ? std::fabs(dot(last_.ng_world, ray.direction)) * per_area : 0.0f,
                       numbers};
       if (bsdf.has_non_delta()) {
         if (pass_.set.next_event && !scene_.lights().empty()) next_event(here);
@@ -643,7 +654,13 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
       if (!(scattered.event & k_scatter_transparent)) {
         const bool delta = scattered.event & k_scatter_delta;
         if (!pass_.set.camera_scatters && !delta) break;
-        if (i > 1) pdfs_.light[i - 1] = scattered.pdf_reverse_solid_angle * here.previous_per_solid_angle;
+        if (i > 1) {
+          pdfs_.light[i - 1] = scattered.pdf_reverse_solid_angle * here.previous_per_solid_angle;
+          if (delta && program.traits().view_dependent && pass_.set.weighted() &&
+              !walk_.has_delta_lobe(hit, binding, scattered.wo_world,
+                                    bsdf.lobes()[static_cast<size_t>(scattered.lobe)].kind, scratch_))
+            pdfs_.light[i - 1] = 0.0f;
+        }
         pdfs_.flags[i] = static_cast<uint8_t>((delta ? 0 : k_connectible) | light_flags);
         events_.append(scattered.event);
         m_ = i;
@@ -657,9 +674,11 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
     if (!bounces_.advance(scattered.event, settings_.bounces)) break;
     if (scattered.event & k_scatter_transparent) {
       distance_before_ = distance;
+      depended_ = depended_ || program.traits().path_dependent;
     } else {
       only_transparent_ = false;
       distance_before_ = 0.0f;
+      depended_ = false;
     }
 
     // Roulette on the throughput, as Cycles does: by its square root, which keeps more of what is dim but still

@@ -87,7 +87,8 @@ class Kernel {
   void add(const Color& contribution, Technique technique, float weight, LightIndex light, bool indirect);
   /// For observers: the likeliest kind of event for a pair of directions.
   static uint8_t likeliest_event(const Bsdf& bsdf, const Vec3& wi, const Vec3& wo);
-  Color visibility(const Ray& ray, uint32_t ray_kind, int transparent_before);
+  /// @param depended as for segment_transmittance
+  Color visibility(const Ray& ray, uint32_t ray_kind, int transparent_before, bool* depended = nullptr);
   EventCounts counts() const {
     return {bounces_.total, bounces_.diffuse, bounces_.glossy, bounces_.transmission, bounces_.transparent};
   }
@@ -119,6 +120,7 @@ class Kernel {
   uint32_t first_instance_ = ~0u;
   EventSequence events_;          ///< at x_1 ... x_m; with an observer, while a technique works, also of what it joins
   float distance_before_ = 0.0f;  ///< from x_m to the present ray's origin, through transparent surfaces
+  bool depended_ = false;         ///< one of these depends on the camera's path: no light walk passes it
   bool only_transparent_ = true, only_delta_ = true;
 };
 

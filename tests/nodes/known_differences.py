@@ -10,7 +10,7 @@ k_known = [
     (r"^(Bevel|AmbientOcclusion)", "not done: needs rays from within a shader"),
     (r"^NewGeometry\[(Pointiness|Random Per Island)", "not done: pointiness is 0.5, islands share one number"),
     (r"^TexSky\[HOSEK_WILKIE", "not done: Preetham's model stands in"),
-    (r"^Squeeze", "not done: 0"),
+    (r"^Squeeze", "not done: grey"),
     (r"^RadialTiling", "not done: grey"),
     (r"^Bump", "up to 5% where the height bends most, not explained"),
     (r"^TexCoord\[Reflection|^TexImage\[mapping inside", "half a percent in few places, not explained"),

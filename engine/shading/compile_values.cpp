@@ -637,7 +637,6 @@ const std::map<std::string, ValueNode>& value_nodes() {
                                          {"HairInfo", nothing},
                                          {"PointInfo", nothing},
                                          {"VolumeInfo", nothing},
-                                         {"Squeeze", nothing},
                                          {"UVAlongStroke", nothing}};
     for (const auto& [type, definition] : value_stand_ins()) all.emplace(type, definition);
     for (const auto& [type, definition] : texture_nodes()) all.emplace(type, definition);

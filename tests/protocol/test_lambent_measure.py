@@ -53,6 +53,17 @@ def test_a_time_limit_is_met_and_other_curves_are_compared(scene, tmp_path):
     assert float(gains["Other"]["error_ratio"]) > 1e3 and "Other" in done.stdout
 
 
+def test_a_limit_in_processor_time_does_not_count_waiting(scene, tmp_path):
+    reference = tmp_path / "reference.exr"
+    assert lambent("render", scene, "-o", reference, "--samples", 4, "--quiet").returncode == 0
+    arguments = ["measure", scene, "-o", tmp_path / "out", "--reference", reference, "--times", "0.2,0.6", "--integrators", "PT"]
+    done = lambent(*arguments, "--quiet")
+    assert done.returncode == 0, done.stderr
+    times = [float(row["cpu_s"]) for row in rows_of(tmp_path / "out" / "curves.csv")]
+    # It is looked at ten times a second, in which two threads may take 0.2 s; what else a render takes is little.
+    assert 0.2 <= times[0] < 0.6 <= times[1], times
+
+
 def test_a_region_is_compared_alone(scene, tmp_path):
     reference = tmp_path / "reference.exr"
     assert lambent("render", scene, "-o", reference, "--samples", 4, "--quiet").returncode == 0

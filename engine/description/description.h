@@ -183,9 +183,9 @@ struct Settings {
   float clamp_direct = 0.0f, clamp_indirect = 0.0f;
   float light_threshold = 0.01f;  ///< of the picture's value: shadow rays that matter less are traced by chance; 0 off
   bool caustics_reflective = true, caustics_refractive = true;
-  float merge_radius_px = 2.0f;   ///< PPM, BPM, VCM: radius of the first pass, in pixels at the first hit; 0: no merging
-  float merge_alpha = 0.75f;      ///< radius of pass k: times k^((alpha - 1) / 2); 1: fixed
-  int shared_light_paths = 16;    ///< VPL: light paths of a pass that all pixels share
+  float merge_radius_px = 2.0f;  ///< PPM, BPM, VCM: radius of the first pass, in pixels at the first hit; 0: no merging
+  float merge_alpha = 0.75f;     ///< radius of pass k: times k^((alpha - 1) / 2); 1: fixed
+  int shared_light_paths = 16;   ///< VPL: light paths of a pass that all pixels share
   float clamp_connection = 0.0f;  ///< VPL: largest sum of R, G, B that one connection adds; 0: no clamping
   int tile_size_px = 64;
   std::vector<std::string> passes{"combined"};

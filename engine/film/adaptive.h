@@ -7,9 +7,9 @@
 // mean square of the measure over the (2 k_adaptive_radius + 1)² pixels around it is below the threshold: single pixels
 // that have not met their rare bright samples yet are held by neighbours that have.
 // Limits: stopping on an estimate biases the picture slightly towards dark, more so the lower the first check is (0.1%
-// measured at a threshold of 0.05); pixels at the border of a render region see fewer neighbours than in the full frame;
-// the standard error is that of independent samples, while low-discrepancy ones do better: where light is diffuse the
-// noise that remains was measured to be half the threshold.
+// measured at a threshold of 0.05); pixels at the border of a render region see fewer neighbours than in the full
+// frame; the standard error is that of independent samples, while low-discrepancy ones do better: where light is
+// diffuse the noise that remains was measured to be half the threshold.
 #pragma once
 
 #include <algorithm>

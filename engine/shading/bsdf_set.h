@@ -41,7 +41,8 @@ class Bsdf {
   }
 
   /// Drops the lobes that reflect, that refract or both, mirrors included: what a walk meets after a diffuse surface
-  /// where caustics are switched off (Cycles drops closures, not paths; so the rest is sampled as if they were not there).
+  /// where caustics are switched off (Cycles drops closures, not paths; so the rest is sampled as if they were not
+  /// there).
   void drop_glossy(bool reflection, bool refraction);
 
   /// All non-delta lobes for one pair of unit world directions; zero for pairs that no lobe connects.

@@ -307,7 +307,9 @@ TypedValue wavelength(Compiler& c, int n, S, int shift) {
 }
 
 // Rows of the tables that ramps and curves are sampled into: as many as the Blender hands to its Cycles.
-int table_rows(Compiler& c, int n) { return std::clamp(static_cast<int>(c.property(n, "table_rows", 256.0f)), 2, 4096); }
+int table_rows(Compiler& c, int n) {
+  return std::clamp(static_cast<int>(c.property(n, "table_rows", 256.0f)), 2, 4096);
+}
 
 TypedValue color_ramp(Compiler& c, int n, S socket, int shift) {
   const int rows = table_rows(c, n);
@@ -411,7 +413,7 @@ TypedValue vector_math(Compiler& c, int n, S socket, int shift) {
       "ADD",     "SUBTRACT",    "MULTIPLY",    "DIVIDE",   "MULTIPLY_ADD", "CROSS_PRODUCT", "PROJECT",   "REFLECT",
       "REFRACT", "FACEFORWARD", "DOT_PRODUCT", "DISTANCE", "LENGTH",       "SCALE",         "NORMALIZE", "ABSOLUTE",
       "POWER",   "SIGN",        "MINIMUM",     "MAXIMUM",  "FLOOR",        "CEIL",          "FRACTION",  "MODULO",
-      "WRAP",    "SNAP",        "SINE",        "COSINE",   "TANGENT", "ROUND"};
+      "WRAP",    "SNAP",        "SINE",        "COSINE",   "TANGENT",      "ROUND"};
   Expressions& e = c.expressions();
   const int operation = c.choice(n, "operation", names);
   const Value a = c.vector(n, "Vector", Vec3(0.0f), shift), b = c.vector(n, "Vector_001", Vec3(0.0f), shift);

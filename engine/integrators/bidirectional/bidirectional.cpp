@@ -37,11 +37,19 @@ float typical_footprint(const Scene& scene) {
   return widths[widths.size() / 2];
 }
 
+/// Radii that are not positive or no number merge nothing; an alpha beyond 0 to 1, with which radii would grow or vanish,
+/// is the nearer end.
+IntegratorSettings with_usable_merging(IntegratorSettings settings) {
+  if (!(settings.merge_radius_px > 0.0f)) settings.merge_radius_px = 0.0f;
+  settings.merge_alpha = std::isnan(settings.merge_alpha) ? 1.0f : std::clamp(settings.merge_alpha, 0.0f, 1.0f);
+  return settings;
+}
+
 template <KernelProfile profile>
 class Bidirectional final : public Integrator {
  public:
   Bidirectional(std::shared_ptr<const Scene> scene, const IntegratorSettings& settings, const TechniqueSet& set)
-      : scene_(std::move(scene)), settings_(settings) {
+      : scene_(std::move(scene)), settings_(with_usable_merging(settings)) {
     pass_.set = set;
     if (!(settings.merge_radius_px > 0.0f) && set.light_tracing) pass_.set.merging = false;
     pass_.counts.max_light_vertices = std::clamp(settings.bounces.total, 0, k_most_light_vertices - 1) + 1;

@@ -37,8 +37,8 @@ float typical_footprint(const Scene& scene) {
   return widths[widths.size() / 2];
 }
 
-/// Radii that are not positive or no number merge nothing; an alpha beyond 0 to 1, with which radii would grow or vanish,
-/// is the nearer end.
+/// Radii that are not positive or no number merge nothing; an alpha beyond 0 to 1, with which radii would grow or
+/// vanish, is the nearer end.
 IntegratorSettings with_usable_merging(IntegratorSettings settings) {
   if (!(settings.merge_radius_px > 0.0f)) settings.merge_radius_px = 0.0f;
   settings.merge_alpha = std::isnan(settings.merge_alpha) ? 1.0f : std::clamp(settings.merge_alpha, 0.0f, 1.0f);

@@ -12,7 +12,7 @@
 namespace lambent::test {
 namespace {
 
-constexpr int k_batches = 16;
+constexpr int k_batches = 8;
 constexpr int k_comparisons = 60;  ///< of this file
 
 /// Mean of the picture's channels against `expected`; `model_error` is what the scene's polygons differ from its ideal.
@@ -27,7 +27,7 @@ void expect_answer(const SceneMaker& maker, const std::string& integrator, doubl
   EXPECT_GE(result.p_value, sidak_significance(k_comparisons))
       << integrator << ": " << std::accumulate(values.begin(), values.end(), 0.0) / k_batches << " +- "
       << result.standard_error << " instead of " << expected;
-  EXPECT_LT(result.standard_error, 0.02 * expected) << integrator << ": too noisy to say anything";
+  EXPECT_LT(result.standard_error, 0.05 * expected) << integrator << ": too noisy to say anything";
 }
 
 class EveryIntegrator : public testing::TestWithParam<const char*> {
@@ -40,17 +40,18 @@ TEST_P(EveryIntegrator, finds_the_geometric_series_in_a_closed_emitting_sphere) 
   // Every point emits 1 and reflects half: after k bounces the sum of k + 2 terms of 1/2^i.
   for (const int bounces : {0, 1, 3}) {
     SceneMaker maker(16, 16, 4);
-    maker.material("m", diffuse_emitter(Color(0.5f), Color(1.0f))).sphere("s", Vec3(0.0f), 1.0f, 48, "m");
+    maker.material("m", diffuse_emitter(Color(0.5f), Color(1.0f))).sphere("s", Vec3(0.0f), 1.0f, 16, "m");
     maker.settings.max_bounces = maker.settings.diffuse_bounces = bounces;
     maker.settings.merge_radius_px = 1.0f;
-    // Merging counts photons in a flat disk; a sphere has more of itself within the radius: (r/2)² of it, r 0.035.
-    expect_answer(maker, name(), 2.0 * (1.0 - std::pow(0.5, bounces + 2)), merges() ? 1e-3 : 1e-5);
+    maker.settings.shared_light_paths = 4;
+    // Merging takes photons for those of a flat disk: around the polyhedron's edges (11 degrees) there are a few more.
+    expect_answer(maker, name(), 2.0 * (1.0 - std::pow(0.5, bounces + 2)), merges() ? 5e-3 : 1e-5);
   }
 }
 
 TEST_P(EveryIntegrator, finds_radiance_1_around_a_point_light_in_a_sphere) {
   // Intensity pi in a unit sphere of albedo 1/2: irradiance pi, first radiance 1/2, and 1/2 + 1/4 + ... = 1.
-  SceneMaker maker(16, 16, 4);
+  SceneMaker maker(16, 16, 8);
   maker.material("m", diffuse(Color(0.5f))).sphere("s", Vec3(0.0f), 1.0f, 64, "m");
   maker.settings.merge_radius_px = 1.0f;
   description::Light light;
@@ -102,7 +103,7 @@ TEST_P(EveryIntegrator, finds_lamberts_irradiance_of_a_polygon) {
 }
 
 TEST_P(EveryIntegrator, finds_the_inverse_square_of_a_point_lamp) {
-  const double intensity = 100.0 / (4.0 * M_PI * M_PI) * M_PI / M_PI;  // Blender: P / 4 pi² W/sr
+  const double intensity = 100.0 / (4.0 * M_PI);
   const double expected = mean_over_patch([&](const Vec3d& p) {
     const Vec3d to_lamp = Vec3d(0, 0, 2) - p;
     return intensity * to_lamp.z / std::pow(to_lamp.length(), 3);

@@ -111,7 +111,7 @@ TEST_P(FamilyBadInput, a_million_photons_on_one_point_end_in_time) {
 }
 
 TEST_P(FamilyBadInput, path_lengths_of_a_thousand_end_and_stay_finite) {
-  SceneMaker maker(8, 8, 2);
+  SceneMaker maker(4, 4, 1);
   maker.material("m", diffuse(Color(0.999f))).sphere("s", Vec3(0.0f), 1.0f, 12, "m");
   description::Light light;
   light.energy = 10.0f;

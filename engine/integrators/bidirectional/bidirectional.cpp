@@ -58,6 +58,8 @@ class Bidirectional final : public Integrator {
   }
 
   void prepare(Film& film) override {
+    pass_.counts.light_paths = static_cast<float>(film.region().width) * static_cast<float>(film.region().height);
+    if (!pass_.set.merging) return;
     tiles_ = std::vector<Tile>(static_cast<size_t>(film.tiles().count()));
     const Rectangle& region = film.region();
     const double pixels = static_cast<double>(region.width) * region.height;
@@ -66,7 +68,6 @@ class Bidirectional final : public Integrator {
     for (int y = region.y; y < region.y + region.height; ++y)
       for (int x = region.x; x < region.x + region.width; ++x) merge_paths_ += leaves_photons(x, y);
     pass_.counts.merge_paths = static_cast<float>(merge_paths_);
-    pass_.counts.light_paths = static_cast<float>(pixels);
   }
 
   int stages() const override { return pass_.set.merging ? 2 : pass_.set.shared_lights ? 1 : 0; }
@@ -114,7 +115,15 @@ class Bidirectional final : public Integrator {
           whole = false;
           break;
         }
-        if (adaptive && !film.active(x, y)) continue;
+        if (adaptive && !film.active(x, y)) {
+          // A pixel that is done still leaves its photons: the map stands for all walks, whoever else needs them.
+          if (kept && leaves_photons(x, y)) {
+            enter(x, y, target_samples - 1);
+            kernel.light_sample(Sampler(settings_.seed, x, y, static_cast<uint32_t>(target_samples - 1)), &kept->batch,
+                                /*silent=*/true);
+          }
+          continue;
+        }
         const int64_t first = film.sample_count(x, y);
         one_each = one_each && first == target_samples - 1;
         for (int64_t sample = first; sample < target_samples; ++sample) {

@@ -89,5 +89,18 @@ TEST(AdaptiveSampling, ends_with_no_more_noise_than_was_asked_for_and_the_right_
   }
 }
 
+TEST(AdaptiveSampling, leaves_photon_mapping_as_bright_as_it_is) {
+  // Pixels that stop must not take their photons out of the map that the others merge with.
+  SceneMaker maker = corner(256);
+  maker.settings.integrator = "PPM";
+  maker.settings.merge_alpha = 1.0f;
+  const auto [expected, expected_error] = level(render_batch(maker, 50));
+  maker.settings.noise_threshold = 0.1f;
+  const Batch batch = render_batch(maker, 70);
+  EXPECT_LT(batch.samples_a_pixel, 230) << "some pixels stopped";
+  const auto [brightness, error] = level(batch);
+  EXPECT_NEAR(brightness, expected, 4.5 * std::hypot(error, expected_error));
+}
+
 }  // namespace
 }  // namespace lambent::test

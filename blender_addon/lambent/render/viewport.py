@@ -211,7 +211,10 @@ class ViewportRender:
             return _NO_JOB
 
     def _work_tile(self, header, payload, width, height):
-        (x, y, tile_width, tile_height), pixels = decode_tile(header, payload, width, height)
+        (x, y, tile_width, tile_height), channels = decode_tile(header, payload, width, height)
+        pixels = channels.get("combined")
+        if pixels is None or pixels.shape[2] != 4:
+            raise ProtocolError(f"a tile without the combined channel: {sorted(channels)}")
         with self._lock:
             if self._picture is None or self._picture.shape[:2] != (height, width):
                 self._picture = np.zeros((height, width, 4), np.float32)

@@ -183,7 +183,8 @@ bpy.context.view_layer.use_pass_normal = True
 render()
 from lambent.render import report
 for message in report.listed(scene.name): print('LISTED', message['object'], message['code'])
-"""
+""",
+        mode="few_passes",
     )
     listed = {line.split()[1] for line in run.output.splitlines() if line.startswith("LISTED")}
     assert {"catcher", "smoke", "Scene", "camera", "ViewLayer"} <= listed

@@ -17,7 +17,9 @@ diffuse, output = nodes.new('ShaderNodeBsdfDiffuse'), nodes.new('ShaderNodeOutpu
 links.new(diffuse.outputs[0], output.inputs['Surface'])
 noise = nodes.new('ShaderNodeTexNoise')
 links.new(noise.outputs['Color'], aov_output(tree, 'tint').inputs['Color'])
-aov_output(tree, 'tint').mute = True
+muted = aov_output(tree, 'tint')
+muted.mute = True
+if not muted.mute: nodes.remove(muted) # Blender 5 mutes no outputs
 links.new(nodes.new('ShaderNodeTexWave').outputs['Color'], aov_output(tree, 'unwanted').inputs['Color'])
 group = bpy.data.node_groups.new('group', 'ShaderNodeTree')
 if hasattr(group, 'interface'): group.interface.new_socket('Amount', in_out='INPUT', socket_type='NodeSocketFloat')

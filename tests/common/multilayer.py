@@ -65,8 +65,17 @@ def _in_order(found):
     return numpy.ascontiguousarray(numpy.stack([found[letter] for letter in order], axis=2))
 
 
+def sum_error(total, passes, film_transparent):
+    """Returns float64[height][width][3]: by how much a sum of passes differs from Combined, relative to it. With a transparent
+    film what the camera sees of the world is in the passes (as in Cycles) and not in Combined."""
+    expected = passes["Combined"][..., :3].astype(numpy.float64)
+    if film_transparent:
+        expected += passes["Environment"]
+    return numpy.abs(total - expected) / numpy.maximum(numpy.abs(expected), 1e-3)
+
+
 def light_sum(passes):
-    """Returns float64[height][width][3]: what a layer's light passes say that Combined is."""
+    """Returns float64[height][width][3]: the sum of a layer's light passes, colours multiplied in."""
     total = numpy.zeros_like(passes["Combined"][..., :3], dtype=numpy.float64)
     for kind in ("Diffuse", "Glossy", "Transmission"):
         light = passes[f"{kind} Direct"].astype(numpy.float64) + passes[f"{kind} Indirect"]

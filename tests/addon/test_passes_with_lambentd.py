@@ -116,16 +116,15 @@ else:
     tree.nodes.clear()
 scene.render.use_compositing = True
 output = tree.nodes.new('CompositorNodeOutputFile')
-output.format.file_format, output.format.color_depth = 'OPEN_EXR', '32'
 names = ('Glossy', 'Veil', 'Floor')
 if five:
     output.directory = FOLDER
     output.file_name = 'matte_'
     output.format.media_type = 'IMAGE'
-    output.format.file_format, output.format.color_depth = 'OPEN_EXR', '32'
 else:
     output.base_path = FOLDER
     output.file_slots.clear()
+output.format.file_format, output.format.color_depth = 'OPEN_EXR', '32'
 layers = tree.nodes.new('CompositorNodeRLayers')
 layers.scene, layers.layer = scene, 'ViewLayer'
 if not five: tree.links.new(layers.outputs['Image'], tree.nodes.new('CompositorNodeComposite').inputs[0])
@@ -153,7 +152,7 @@ print('FILES', sorted(os.listdir(FOLDER)))
         matte = next(iter(multilayer.read(file)[0].values()))
         matte = next(iter(matte.values()))[..., 0]
         covered = multilayer.coverage(layers["ViewLayer"], "CryptoObject", ids[name])
-        assert covered.max() > 0.4 and 0.01 < covered.mean() < 0.9
+        assert covered.max() > 0.3 and 0.01 < covered.mean() < 0.9
         assert np.allclose(matte, covered, atol=1e-6), name
 
 
@@ -235,7 +234,7 @@ print('RESULT', render(write_still=True))
     passes = multilayer.read(tmp_path / "empty.exr")[0]["ViewLayer"]
     for name, pixels in passes.items():
         assert np.isfinite(pixels).all(), name
-        if name not in ("Depth", "Denoising Depth", "Mist", "Debug Sample Count", "Environment", "Ambient Occlusion", "Shadow"):
+        if name not in ("Depth", "Denoising Depth", "Mist", "Debug Sample Count", "Environment", "Combined_sky", "Shadow Catcher", "Denoising Albedo"):
             assert not pixels.any(), name
     # As Cycles has it where nothing was hit.
     assert (passes["Depth"] > 1e9).all() and (passes["Mist"] == 1).all()

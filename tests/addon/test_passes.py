@@ -101,12 +101,12 @@ render(write_still=True)
     assert run.code == 0
     layers, _ = multilayer.read(tmp_path / "all.exr", long_names=False)
     starts = [message["header"] for message in run.of_type("render_start")]
-    assert len(starts) == 2 and all(start["stream"] == ["Combined"] for start in starts)
+    assert len(starts) == 2 and all(start["stream"] == ["combined"] for start in starts)
     for index, (layer, least) in enumerate((("ViewLayer", 50), ("Second", 2)), start=1):
         channels = channels_of(run.values("settings", index)["render"]["passes"])
         assert len(channels) >= least
         for place, (name, components) in enumerate(channels):
-            found = layers[layer][name]
+            found = layers[layer][name if place else "Combined"]
             assert found.shape == (96, 160, components)
             if place:
                 expected = [pass_value(place, component) for component in range(components)]
@@ -114,7 +114,7 @@ render(write_still=True)
         assert np.allclose(layers[layer]["Combined"][10, 20, :2], [20.5 / 160, 10.5 / 96])
         if layer == "Second":
             # Passes of the other layer are not made here, not even black.
-            assert set(layers[layer]) == {name for name, _ in channels}
+            assert set(layers[layer]) == {"Combined", *(name for name, _ in channels[1:])}
 
 
 def test_passes_are_cut_to_the_region_as_the_picture_is(run_blender, tmp_path):
@@ -153,7 +153,8 @@ render()
     assert "mist" not in without and "ambient_occlusion_distance_m" not in without
     assert with_them["mist"] == {"start_m": 2, "depth_m": 9, "falloff": "INVERSE_QUADRATIC"}
     assert with_them["ambient_occlusion_distance_m"] == 3 and with_them["pass_alpha_threshold"] == 0.25
-    assert [entry["kind"] for entry in with_them["passes"] if entry["kind"] != "depth"] == ["combined", "mist", "ambient_occlusion"]
+    assert with_them["passes"][0] == "combined"
+    assert [entry["kind"] for entry in with_them["passes"][1:]] == ["mist", "ambient_occlusion"]
     assert next(iter(run.values("world").values()))["light_group"] == "sky"
 
 
@@ -163,7 +164,7 @@ def test_a_layer_that_asks_for_nothing_else_is_sent_as_any_daemon_knows_it(run_b
     assert "stream" not in run.of_type("render_start")[0]["header"] and "not support" not in run.output
 
 
-@pytest.mark.parametrize("mode, kept", [("few_passes", {"Combined", "Depth", "Error"}), ("no_passes", {"combined"})])
+@pytest.mark.parametrize("mode, kept", [("few_passes", {"combined", "Depth", "Error"}), ("no_passes", {"combined"})])
 def test_passes_that_the_daemon_has_not_are_reported_by_name(run_blender, mode, kept):
     run = run_blender(PASSES + "everything(bpy.context.view_layer)\nown_passes(bpy.context.view_layer)\nquad()\nprint(render())\n", mode=mode)
     assert "{'FINISHED'}" in run.output
@@ -183,7 +184,7 @@ layer.use_pass_mist = True
 for name in ('Mist', 'good', 'fine'):
     aov = layer.aovs.add(); aov.name = name
 layer.lightgroups.add(name='keys')
-for name in ('Combined', 'Combined_keys', 'good', 'better', 'better', ''):
+for name in ('Combined', 'combined', 'Combined_keys', 'good', 'better', 'better', ''):
     path = layer.lambent.light_paths.add(); path.name = name
 print('VALID', [aov.is_valid for aov in layer.aovs])
 layer.use_pass_position = True
@@ -196,13 +197,14 @@ print(render(write_still=True))
     assert "{'FINISHED'}" in run.output, run.output
     assert "VALID [False, False, True]" in run.output and "STILL [False, False, True]" in run.output
     line = next(line for line in run.output.splitlines() if "have the name of another" in line)
-    assert line.endswith("Mist, Combined, Combined_keys, good, better")
+    assert line.endswith("Mist, Combined, combined, Combined_keys, good, better")
     entries = run.values("settings")["render"]["passes"]
-    names = [entry["name"] for entry in entries]
+    names = ["Combined", *(entry["name"] for entry in entries[1:])]
     assert len(names) == len(set(names)) and {"Mist", "good", "Combined_keys", "better"} <= set(names)
-    assert next(entry for entry in entries if entry["name"] == "Mist")["kind"] == "mist"
+    assert next(entry for entry in entries[1:] if entry["name"] == "Mist")["kind"] == "mist"
     layers, _ = multilayer.read(tmp_path / "names.exr", long_names=False)
-    assert set(layers["ViewLayer"]) == set(names)
+    # Blender makes each pass that is registered; the one called as the wire calls the picture is reported and stays black.
+    assert set(layers["ViewLayer"]) == {*names, "combined"} and not layers["ViewLayer"]["combined"].any()
 
 
 def test_a_hundred_passes_arrive(run_blender, tmp_path):

@@ -202,7 +202,7 @@ class _LayerRender:
             for name in entry.names:
                 self._engine.add_pass(name, len(entry.channels), entry.channels, layer=self._layer_name)
         names = {name: name for entry in self._passes[1:] for name in entry.names}
-        return {passes.shown_channel(self._passes): passes.COMBINED, **names}
+        return {passes.COMBINED_CHANNEL: passes.COMBINED, **names}
 
     def _receive(self, epoch, writer):
         client, engine = self._client, self._engine
@@ -210,7 +210,7 @@ class _LayerRender:
         if len(self._passes) > 1:
             # Which pass an image editor shows is the interface's, and a render has no right to look there from its thread. What
             # is watched while it renders is Combined; the others come with the final tiles.
-            start["stream"] = [passes.shown_channel(self._passes)]
+            start["stream"] = [passes.COMBINED_CHANNEL]
         client.post(start)
         credits, interval = (_SHOWN_CREDITS, _SHOWN_SECONDS) if self._shown else (_BACKGROUND_CREDITS, _BACKGROUND_SECONDS)
         client.allow_tiles(credits)

@@ -13,6 +13,8 @@ from typing import NamedTuple
 from . import compat
 
 COMBINED = "Combined"
+# The channel of the picture itself has one name on the wire, whatever Blender calls it.
+COMBINED_CHANNEL = "combined"
 # What a daemon that announces no passes has.
 ONLY_COMBINED = frozenset({"combined"})
 _MOST_LEVELS = 16
@@ -113,12 +115,14 @@ class RenderPass:
 
     @property
     def names(self):
-        """Blender's names of its passes, which are also those of its channels on the wire."""
+        """Blender's names of its passes, which are also those of its channels on the wire (except Combined's)."""
         return [f"{self.name}{index:02d}" for index in range(self.count)] if self.count else [self.name]
 
     @property
     def on_wire(self):
         """The entry of settings.passes."""
+        if self.kind == COMBINED_CHANNEL:
+            return COMBINED_CHANNEL
         entry = {"name": self.name, "kind": self.kind}
         return entry if self.argument is None else {**entry, "argument": self.argument}
 
@@ -141,7 +145,7 @@ def asked(scene, layer):
 
 def unique(passes):
     """(those of passes whose names are their own, names of those that are left out because one before has their name)."""
-    taken, kept, left_out = set(), [], []
+    taken, kept, left_out = {COMBINED_CHANNEL}, [], []
     for entry in passes:
         if taken.isdisjoint(entry.names):
             taken.update(entry.names)
@@ -175,7 +179,7 @@ def settings(passes, layer, world):
     value = {"passes": [entry.on_wire for entry in passes]}
     if kinds == ONLY_COMBINED:
         # As any daemon knows it.
-        return {"passes": ["combined"]}
+        return value
     value["pass_alpha_threshold"] = layer.pass_alpha_threshold
     if world is not None and "mist" in kinds:
         mist = world.mist_settings
@@ -183,11 +187,6 @@ def settings(passes, layer, world):
     if world is not None and "ambient_occlusion" in kinds:
         value["ambient_occlusion_distance_m"] = world.light_settings.distance
     return value
-
-
-def shown_channel(passes):
-    """The name that the channel of Combined has on the wire."""
-    return passes[0].name if len(passes) > 1 else "combined"
 
 
 def aov_names(passes):

@@ -168,10 +168,12 @@ def ask_for(layer, kinds):
     for kind in kinds:
         if kind not in ("aovs", "light_groups"):
             setattr(*passes.switch(layer, kind), True)
-    for name in {"aovs", "light_groups"} - set(kinds):
-        entries = getattr(layer, name.replace("_", ""))
-        while len(entries):
-            entries.remove(entries[0])
+    # Blender removes these by operators alone, which act on the window's layer.
+    bpy.context.window.view_layer = layer
+    while "aovs" not in kinds and len(layer.aovs):
+        bpy.ops.scene.view_layer_remove_aov()
+    while "light_groups" not in kinds and len(layer.lightgroups):
+        bpy.ops.scene.view_layer_remove_lightgroup()
 
 
 def watch_lambent(statistics):

@@ -7,7 +7,7 @@ comparable.
 JOB.json: {"engine": "CYCLES" | "LAMBENT", "daemon": path, "width": px, "height": px or null (as the scene's aspect),
 "samples": n, "seeds": [n..], "out": prefix, "variant": "" | a name in k_variants, "settings": {name: value of the engine's},
 "layers": false, "layer_settings": {name: value of the first view layer's lambent}, "passes": null | [the protocol's kinds of
-passes that the first view layer asks for, "aovs" and "light_groups"]}. Writes PREFIX<seed>.exr (float32, scene-linear; RGBA of
+passes that the first view layer asks for, "aovs" and "light_groups"], "balance": {light group: factor for all its lights}}. Writes PREFIX<seed>.exr (float32, scene-linear; RGBA of
 the first view layer, or with "layers" every pass of every layer) for each seed and PREFIXresult.json: {"blender": version, "size": [w, h], "seconds": [wall time of each render],
 "statistics": [what lambentd said of each render]}. Prints `render_job: start SEED` and `render_job: end SEED` around each
 render, and `render_job: pixels` when the first tile of Lambent's is in Blender.
@@ -116,6 +116,24 @@ def plain_ggx(scene):
                 node.distribution = "GGX"
 
 
+def rebalance(scene, factors):
+    """Multiplies what the lamps, emissive materials and the world of each light group give by the group's factor."""
+    for thing in scene.objects:
+        factor = factors.get(thing.lightgroup, 1.0)
+        if thing.type == "LIGHT":
+            thing.data.energy *= factor
+        elif thing.lightgroup in factors:
+            for slot in thing.material_slots:
+                scale_strengths(slot.material.node_tree, "ShaderNodeEmission", factor)
+    scale_strengths(scene.world.node_tree, "ShaderNodeBackground", factors.get(scene.world.lightgroup, 1.0))
+
+
+def scale_strengths(tree, node_type, factor):
+    for node in tree.nodes:
+        if node.bl_idname == node_type:
+            node.inputs["Strength"].default_value *= factor
+
+
 k_variants = {"relit": relight, "plain_ggx": plain_ggx}
 
 
@@ -133,6 +151,8 @@ def prepare(scene, job):
 
     if job["variant"]:
         k_variants[job["variant"]](scene)
+    if job.get("balance"):
+        rebalance(scene, job["balance"])
     assign(scene.cycles, k_cycles)
     if scene.world:
         scene.world.light_settings.use_ambient_occlusion = False

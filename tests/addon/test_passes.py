@@ -293,6 +293,27 @@ render()
     assert kinds == [False, True, False, True]
 
 
+def test_without_cycles_lambents_switches_stand_for_its(run_blender):
+    run = run_blender(
+        PASSES
+        + """
+import addon_utils
+addon_utils.disable('cycles')
+layer = bpy.context.view_layer
+assert not hasattr(layer, 'cycles')
+for name in ('volume_direct', 'volume_indirect', 'shadow_catcher', 'sample_count', 'denoising_data'):
+    setattr(layer.lambent, 'use_pass_' + name, True)
+quad()
+print(render())
+print('SOCKETS', repr(sockets()))
+"""
+    )
+    assert "{'FINISHED'}" in run.output, run.output
+    kinds = {entry["kind"] for entry in run.values("settings")["render"]["passes"][1:]}
+    assert {"volume_direct", "volume_indirect", "shadow_catcher", "sample_count", "noisy", "denoising_normal"} <= kinds
+    assert {"Shadow Catcher", "Debug Sample Count", "Noisy Image"} <= {name for name, _ in printed(run, "SOCKETS")}
+
+
 def float_of(bits):
     return struct.unpack("<f", struct.pack("<I", bits))[0]
 

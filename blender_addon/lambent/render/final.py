@@ -26,6 +26,9 @@ from .tiles import ResultWriter, decode_tile
 _SHOWN_CREDITS, _SHOWN_SECONDS = 48, 0.1
 _BACKGROUND_CREDITS, _BACKGROUND_SECONDS = 1, 0.1
 _FINAL_CREDITS = 64
+# Of the time, tiles that only show how far it is take at most this part to be written: Blender allocates and merges every
+# pass for each of them, which many passes make slow.
+_SHOWING_SHARE = 0.25
 _CANCEL_SECONDS = 3.0
 _POLL_SECONDS = 0.02
 _BACKGROUND_STATUS_SECONDS = 1.0
@@ -216,7 +219,7 @@ class _LayerRender:
         client.allow_tiles(credits)
         allowed_at = time.monotonic()
         time_limit = settings.effective(self._scene, "time_limit")
-        cancelled_at = None
+        cancelled_at, writing = None, 0.0
         while True:
             now = time.monotonic()
             if cancelled_at is None and engine.test_break():
@@ -227,9 +230,9 @@ class _LayerRender:
                 # The picture stays as it is; the session is given up, so that nothing late gets into the next render.
                 client.close()
                 return
-            if now - allowed_at > interval:
+            if now - allowed_at > max(interval, writing / _SHOWING_SHARE):
                 client.allow_tiles(credits)
-                allowed_at = now
+                allowed_at, writing = now, 0.0
             event = client.next_event(_POLL_SECONDS)
             if event is None:
                 continue
@@ -241,7 +244,10 @@ class _LayerRender:
                 if header.get("final") and client.tiles_allowed < _FINAL_CREDITS // 2:
                     # The last round: as fast as they come.
                     client.allow_tiles(_FINAL_CREDITS)
+                begun = time.monotonic()
                 writer.write(*decode_tile(header, payload, self._width, self._height))
+                if not header.get("final"):
+                    writing += time.monotonic() - begun
             elif kind == "progress":
                 self._show_progress(header, writer, time_limit)
             elif kind == "render_report":

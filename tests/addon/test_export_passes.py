@@ -124,6 +124,7 @@ def test_light_groups_of_lamps_meshes_and_the_world_travel(run_blender):
         """
 lamp = add('lamp', bpy.data.lights.new('lamp', 'POINT')); lamp.lightgroup = 'keys'
 twin = add('twin', lamp.data); twin.lightgroup = 'rim'
+add('third', lamp.data)
 quad('glowing').lightgroup = 'signs'; quad('plain')
 scene.world.lightgroup = 'sky'
 for name in ('keys', 'rim', 'signs', 'sky'): bpy.context.view_layer.lightgroups.add(name=name)
@@ -131,7 +132,10 @@ render()
 """
     )
     objects = run.values("object")
-    assert [objects[name].get("light_group", "") for name in ("lamp", "twin", "glowing", "plain")] == ["keys", "rim", "signs", ""]
+    assert [objects[name].get("light_group", "") for name in ("lamp", "twin", "third", "glowing", "plain")] == [
+        "keys", "rim", "", "signs", ""
+    ]  # fmt: skip
+    assert "light_group" not in run.values("light")["lamp"]
     assert next(iter(run.values("world").values()))["light_group"] == "sky"
     entries = run.values("settings")["render"]["passes"]
     groups = [entry for entry in entries[1:] if entry["kind"] == "light_group"]

@@ -115,7 +115,7 @@ class ObjectExporter:
         """(object id, value without transforms) of a new group, or None where there is nothing to render."""
         name = owner.name_full
         if found.type == "LIGHT":
-            identifier = light.export_light(self._edits, found.data, owner.lightgroup)
+            identifier = light.export_light(self._edits, found.data)
             value = None if identifier is None else {"light": identifier}
         elif found.type in _CONVERTIBLE:
             value = self._begin_surface(found, owner, parent)

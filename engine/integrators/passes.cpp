@@ -141,6 +141,7 @@ std::shared_ptr<const PassPlan> PassPlan::create(const std::vector<PassRequest>&
   const size_t asked = plan->passes_.size();
   for (size_t i = 0; i < asked; ++i) plan->divide_by(i);
   plan->layout_ = FilmLayout(plan->channels_);
+  for (const FilmChannel& channel : plan->channels_) plan->looks_ = plan->looks_ || channel.rule == ChannelRule::first;
   for (const Pass& pass : plan->passes_) {
     plan->events_ = plan->events_ || pass.expression || pass.kind == PassKind::caustics_direct ||
                     pass.kind == PassKind::caustics_indirect;
@@ -229,15 +230,61 @@ void PassRecorder::begin(int x, int y, uint32_t sample) {
   vertices_ = 0;
   events_ = {};
   saw_surface_ = false;
+  if (sample == 0 && plan_.looks_) look(x, y);
+}
+
+/// What has no mean is that of the middle of the pixel: the first surface there that is opaque enough.
+void PassRecorder::look(int x, int y) {
   for (const PassPlan::Pass& pass : plan_.passes_)
     if (pass.kind == PassKind::depth) *at(pass) = k_no_depth;
+  const CameraRay middle =
+      scene_.camera().sample_ray({static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f}, {0.5f, 0.5f});
+  Ray ray{middle.origin, middle.t_min, middle.direction, middle.t_max, k_visible_camera};
+  RayCone cone{middle.width_m, middle.spread};
+  PathCounts counts;
+  ShadingPoint point;
+  Bsdf bsdf;
+  Hit found;
+  for (; counts.transparent <= plan_.settings_.transparent_bounces; ++counts.transparent) {
+    if (!scene_.geometry().intersect(ray, found)) return;
+    const SurfaceHit hit = scene_.geometry().surface(found);
+    if (scene_.instance(hit.instance).holdout) return;
+    const SurfaceBinding& binding = scene_.binding(hit.instance, hit.material_slot);
+    scene_.fill_shading_point(hit, binding, -ray.direction, found.t, cone, counts, point);
+    binding.program->evaluate(point, scene_.textures(), bsdf);
+    if (opaque_enough(binding, bsdf)) {
+      for (const PassPlan::Pass& pass : plan_.passes_) look_at(pass, point);
+      return;
+    }
+    cone.width_m += cone.spread * found.t;
+    ray = ray_from_surface(hit.p_world, hit.p_error, hit.ng_world, ray.direction, k_visible_camera);
+  }
+}
+
+void PassRecorder::look_at(const PassPlan::Pass& pass, const ShadingPoint& point) {
+  float* to = at(pass);
+  if (pass.kind == PassKind::depth) {
+    *to = scene_.view().camera_from_world.point(point.p_world).z;
+  } else if (pass.kind == PassKind::position) {
+    const Vec3 p = point.p_world + point.origin_shift;
+    std::copy_n(&p.x, 3, to);
+  } else if (pass.kind == PassKind::object_index) {
+    *to = static_cast<float>(point.object_pass_index);
+  } else if (pass.kind == PassKind::material_index) {
+    *to = static_cast<float>(point.material_pass_index);
+  }
+}
+
+bool PassRecorder::opaque_enough(const SurfaceBinding& binding, const Bsdf& bsdf) const {
+  return !binding.program->traits().may_be_transparent ||
+         1.0f - average(bsdf.transparency()) >= plan_.settings_.alpha_threshold;
 }
 
 void PassRecorder::visible(const SurfaceHit& hit, const SurfaceBinding& binding, const ShadingPoint& point,
                            const Bsdf& bsdf, const Color& throughput) {
   const float opacity = 1.0f - average(bsdf.transparency());
   const float seen = average(throughput);
-  const bool first = !saw_surface_ && (opacity >= plan_.settings_.alpha_threshold || !binding.program->traits().may_be_transparent);
+  const bool first = !saw_surface_ && opaque_enough(binding, bsdf);
   for (const PassPlan::Pass& pass : plan_.passes_) {
     switch (pass.kind) {
       case PassKind::diffuse_color:
@@ -282,8 +329,8 @@ void PassRecorder::visible(const SurfaceHit& hit, const SurfaceBinding& binding,
         const int aov = binding.program->find_aov(pass.aov);
         float* to = at(pass);
         const float weight = seen * opacity;
-        if (pass.kind == PassKind::aov_color) to[3] += weight;
         if (aov < 0 || weight == 0.0f) break;
+        if (pass.kind == PassKind::aov_color) to[3] += weight;
         const Color value =
             binding.program->aov(aov, pass.kind == PassKind::aov_value, point, scene_.textures()) * weight;
         to[0] += value.x;
@@ -324,20 +371,8 @@ void PassRecorder::first_surface(const PassPlan::Pass& pass, const SurfaceHit& h
     return length_squared(n) > 0.0f && is_finite(n) ? n : point.ns_world;
   };
   switch (pass.kind) {
-    case PassKind::depth:
-      *to = scene_.view().camera_from_world.point(point.p_world).z;
-      break;
     case PassKind::denoising_depth:
       *to = length(point.p_world - scene_.camera().origin()) * seen;
-      break;
-    case PassKind::position:
-      put(point.p_world + point.origin_shift);
-      break;
-    case PassKind::object_index:
-      *to = static_cast<float>(point.object_pass_index);
-      break;
-    case PassKind::material_index:
-      *to = static_cast<float>(point.material_pass_index);
       break;
     case PassKind::normal:
       put(mean_normal() * seen);

@@ -128,6 +128,7 @@ class PassPlan {
   FilmLayout layout_;
   std::vector<LightPass> light_passes_;
   bool events_ = false;
+  bool looks_ = false;  ///< some channel has rule first
 };
 
 /// What light came through, for the passes of light.
@@ -189,6 +190,9 @@ class PassRecorder {
   void add_id(const PassPlan::Pass& pass, float id, float weight);
   void first_surface(const PassPlan::Pass& pass, const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf,
                      float seen);
+  void look(int x, int y);
+  void look_at(const PassPlan::Pass& pass, const ShadingPoint& point);
+  bool opaque_enough(const SurfaceBinding& binding, const Bsdf& bsdf) const;
   float occlusion(const SurfaceHit& hit, const ShadingPoint& point);
   void received(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, Color& shadowed, Color& unshadowed);
   float* at(const PassPlan::Pass& pass) {
@@ -204,7 +208,7 @@ class PassRecorder {
   int vertices_ = 0;
   ClassShares first_;  ///< at x_1
   EventSequence events_;
-  bool saw_surface_ = false;  ///< one that is opaque enough for depth, indices...
+  bool saw_surface_ = false;  ///< one that is opaque enough for normals, UVs...
 };
 
 }  // namespace lambent

@@ -446,6 +446,10 @@ Status Session::load_checkpoint(const std::string& path) {
 std::shared_ptr<Engine> Engine::create(const EngineOptions& options) { return std::make_shared<PooledEngine>(options); }
 
 std::vector<std::string> available_integrators() { return integrator_names(); }
-std::vector<std::string> available_passes() { return pass_kind_names(); }
+std::vector<std::string> available_passes() {
+  std::vector<std::string> names = pass_kind_names();
+  names.insert(names.begin(), "combined");
+  return names;
+}
 
 }  // namespace lambent

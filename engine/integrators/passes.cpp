@@ -153,7 +153,8 @@ std::shared_ptr<const PassPlan> PassPlan::create(const std::vector<PassRequest>&
 }
 
 void PassPlan::add(const PassRequest& request, PassKind kind, const Scene& scene, Report& report) {
-  const Kind& entry = *std::find_if(std::begin(k_kinds), std::end(k_kinds), [&](const Kind& k) { return k.kind == kind; });
+  const Kind& entry =
+      *std::find_if(std::begin(k_kinds), std::end(k_kinds), [&](const Kind& k) { return k.kind == kind; });
   FilmChannel channel{.name = request.name,
                       .components = static_cast<int>(std::strlen(entry.letters)),
                       .letters = entry.letters,
@@ -224,9 +225,8 @@ float PassRecorder::random() {
 void PassRecorder::begin(int x, int y, uint32_t sample) {
   start_ = std::chrono::steady_clock::now();
   std::fill(values_.begin(), values_.end(), 0.0f);
-  random_state_ = hash_combine(hash_combine(hash_combine(plan_.settings_.seed, static_cast<uint32_t>(x)),
-                                            static_cast<uint32_t>(y)),
-                               sample);
+  random_state_ = hash_combine(
+      hash_combine(hash_combine(plan_.settings_.seed, static_cast<uint32_t>(x)), static_cast<uint32_t>(y)), sample);
   vertices_ = 0;
   events_ = {};
   saw_surface_ = false;
@@ -378,7 +378,7 @@ void PassRecorder::first_surface(const PassPlan::Pass& pass, const SurfaceHit& h
       put(mean_normal() * seen);
       break;
     case PassKind::denoising_normal:
-      put(scene_.view().camera_from_world.vector(mean_normal()) * seen);
+      if (!bsdf.empty()) put(scene_.view().camera_from_world.vector(mean_normal()) * seen);
       break;
     case PassKind::uv: {
       const int uv = hit.mesh->find_uv({});
@@ -399,8 +399,8 @@ float PassRecorder::occlusion(const SurfaceHit& hit, const ShadingPoint& point) 
   if (!(dot(direction, point.ng_world) > 0.0f)) return 0.0f;
   const Vec3 origin = offset_origin(hit.p_world, hit.p_error, hit.ng_world, direction);
   const Ray ray{origin, 0.0f, direction, plan_.settings_.ambient_occlusion_distance_m, k_visible_shadow};
-  return average(segment_transmittance<true>(scene_, ray, {k_ray_shadow, 1, 0, 0, 0, 0},
-                                             plan_.settings_.transparent_bounces));
+  return average(
+      segment_transmittance<true>(scene_, ray, {k_ray_shadow, 1, 0, 0, 0, 0}, plan_.settings_.transparent_bounces));
 }
 
 /// One sampled light with and without what stands before it.
@@ -409,8 +409,8 @@ void PassRecorder::received(const SurfaceHit& hit, const ShadingPoint& point, co
   if (!bsdf.has_non_delta() || scene_.lights().empty()) return;
   const float u_selection = random();
   const Vec2 u_position(random(), random());
-  const LightSample light = scene_.lights().sample(hit.p_world, light_receiver_normal(bsdf, point.ng_world),
-                                                   u_selection, u_position);
+  const LightSample light =
+      scene_.lights().sample(hit.p_world, light_receiver_normal(bsdf, point.ng_world), u_selection, u_position);
   if (!light || !(light.pdf_solid_angle > 0.0f)) return;
   const PathCounts counts{k_ray_shadow, 1, 0, 0, 0, 0};
   const Color f = bsdf.eval(point.wi_world, light.direction_world, Transport::radiance, ReversePdf::no).f_cos;
@@ -425,8 +425,9 @@ void PassRecorder::received(const SurfaceHit& hit, const ShadingPoint& point, co
 void PassRecorder::scattered(const Bsdf& bsdf, const Vec3& wi_world, const BsdfSample& sample) {
   const bool delta = sample.event & k_scatter_delta;
   if (vertices_ == 0)
-    first_ = delta ? ClassShares::all_of(sample.event & k_scatter_transmission ? LobeClass::transmission : LobeClass::glossy)
-                   : bsdf.class_shares(wi_world, sample.wo_world);
+    first_ =
+        delta ? ClassShares::all_of(sample.event & k_scatter_transmission ? LobeClass::transmission : LobeClass::glossy)
+              : bsdf.class_shares(wi_world, sample.wo_world, Transport::radiance);
   if (plan_.events_) events_.append(delta ? sample.event : event_at(bsdf, wi_world, sample.wo_world));
   ++vertices_;
 }
@@ -463,7 +464,7 @@ void PassRecorder::joined(const Color& value, const Bsdf& bsdf, const Vec3& wi_w
   PathSignature path{vertices_ + 1 + light_side.count, &first_, {}, source, group, technique};
   ClassShares here;
   if (vertices_ == 0) {
-    here = bsdf.class_shares(wi_world, wo_world);
+    here = bsdf.class_shares(wi_world, wo_world, Transport::radiance);
     path.first = &here;
   }
   if (plan_.events_) {

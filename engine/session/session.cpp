@@ -389,8 +389,11 @@ std::vector<TileSnapshot> Session::take_tiles(size_t limit, const std::vector<st
   std::vector<bool> wanted;
   std::vector<Channel> channels = film->channels();
   if (!names.empty() && !complete) {
-    for (const Channel& channel : channels) wanted.push_back(std::find(names.begin(), names.end(), channel.name) != names.end());
-    std::erase_if(channels, [&](const Channel& channel) { return std::find(names.begin(), names.end(), channel.name) == names.end(); });
+    for (const Channel& channel : channels)
+      wanted.push_back(std::find(names.begin(), names.end(), channel.name) != names.end());
+    std::erase_if(channels, [&](const Channel& channel) {
+      return std::find(names.begin(), names.end(), channel.name) == names.end();
+    });
   }
   for (const int index : dirty) {
     FilmTile tile = film->tile(index, wanted);

@@ -1,5 +1,5 @@
-// Passes mean the same under every integrator: what must add up does, pixel by pixel, and each pass of each integrator has
-// the path tracer's expectation (Welch's test over batches).
+// Passes mean the same under every integrator: what must add up does, pixel by pixel, and each pass of each integrator
+// has the path tracer's expectation (Welch's test over batches).
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -36,11 +36,13 @@ SceneMaker with_passes(SceneMaker maker, int64_t samples) {
   for (size_t i = 0; i < ids.size(); ++i) maker.object(ids[i]).light_group = i % 2 ? "odd" : "even";
   std::vector<description::Pass>& passes = maker.settings.passes;
   for (const std::string scattered : k_scattered)
-    for (const char* part : {"_direct", "_indirect", "_color"}) passes.push_back({scattered + part, scattered + part, ""});
-  for (const char* kind : {"emission", "environment", "caustics_direct", "caustics_indirect", "technique_unidirectional",
-                           "technique_connection", "technique_merging"})
+    for (const char* part : {"_direct", "_indirect", "_color"})
+      passes.push_back({scattered + part, scattered + part, ""});
+  for (const char* kind : {"emission", "environment", "caustics_direct", "caustics_indirect",
+                           "technique_unidirectional", "technique_connection", "technique_merging"})
     passes.push_back({kind, kind, ""});
-  for (const char* group : {"even", "odd", ""}) passes.push_back({fmt::format("group {}", group), "light_group", group});
+  for (const char* group : {"even", "odd", ""})
+    passes.push_back({fmt::format("group {}", group), "light_group", group});
   for (const char* path : {"C.*L", "C<RD>L", "C<RD>[GS].*L", "C.D.*L", "CGL", "C<T.>.*L"})
     passes.push_back({path, "light_path", path});
   maker.settings.samples = samples;
@@ -97,7 +99,8 @@ TEST_P(Passes, add_up_to_the_picture_in_every_integrator) {
       for (const char* part : {"_direct", "_indirect"}) light.push_back(scattered + part);
     expect_sum(values, light, what + ", passes of light");
     expect_sum(values, {"group even", "group odd", "group "}, what + ", light groups");
-    expect_sum(values, {"technique_unidirectional", "technique_connection", "technique_merging"}, what + ", techniques");
+    expect_sum(values, {"technique_unidirectional", "technique_connection", "technique_merging"},
+               what + ", techniques");
     expect_sum(values, {"C.*L"}, what + ", all paths");
   }
 }
@@ -129,8 +132,8 @@ TEST_P(Passes, have_the_path_tracers_expectation) {
       double mean = 0.0;
       for (const double value : expected) mean += value / k_batches;
       EXPECT_GT(test.p_value, 0.01 / static_cast<double>(comparisons))
-          << one.name << " " << one.integrators[i] << ", pass '" << name << "': differs by " << test.difference << " +- "
-          << test.standard_error << " from " << mean;
+          << one.name << " " << one.integrators[i] << ", pass '" << name << "': differs by " << test.difference
+          << " +- " << test.standard_error << " from " << mean;
     }
 }
 

@@ -105,16 +105,16 @@ int64_t Film::min_sample_count() const {
   return least_active != UINT32_MAX ? least_active : least;
 }
 
-void Film::read(const Rectangle& rectangle, float* rows, size_t row_stride) const {
-  const size_t components = static_cast<size_t>(layout_.output_floats);
+void Film::read(const Rectangle& rectangle, const std::vector<bool>& wanted, float* rows, size_t row_stride) const {
   for (int y = 0; y < rectangle.height; ++y) {
     const size_t first = pixel_index(rectangle.x, rectangle.y + y);
     float* out = rows + size_t(y) * row_stride;
-    for (size_t i = first; i < first + size_t(rectangle.width); ++i, out += components) read_channels(i, out);
+    for (size_t i = first; i < first + size_t(rectangle.width); ++i) out = read_channels(i, wanted, out);
   }
 }
 
-void Film::read_channels(size_t pixel, float* out) const {
+/// Writes the pixel's floats from `to` on; returns where they end.
+float* Film::read_channels(size_t pixel, const std::vector<bool>& wanted, float* to) const {
   const Storage& s = *storage_;
   const double* sums = s.sums.data() + pixel * static_cast<size_t>(layout_.sums);
   const uint64_t paths = s.splats ? s.splats->paths() : 0;
@@ -137,8 +137,8 @@ void Film::read_channels(size_t pixel, float* out) const {
   for (size_t c = 0; c < settings_.channels.size(); ++c) {
     const FilmChannel& channel = settings_.channels[c];
     const FilmLayout::Place& place = layout_.places[c];
-    if (channel.hidden) continue;
-    float* to = out + place.output;
+    const auto is_wanted = [&](int output) { return wanted.empty() || wanted[static_cast<size_t>(output)]; };
+    if (channel.hidden || (channel.rule != ChannelRule::ids && !is_wanted(place.output))) continue;
     switch (channel.rule) {
       case ChannelRule::mean:
         for (int k = 0; k < channel.components; ++k) {
@@ -153,9 +153,13 @@ void Film::read_channels(size_t pixel, float* out) const {
       case ChannelRule::first:
         for (int k = 0; k < channel.components; ++k) to[k] = static_cast<float>(sums[place.sum + k]);
         break;
-      case ChannelRule::ids:
-        read_ids(pixel, place, to, channel.components);
-        break;
+      case ChannelRule::ids: {
+        float levels[64];
+        read_ids(pixel, place, levels, channel.components);
+        for (int i = 0; i < channel.components / 4; ++i)
+          if (is_wanted(place.output + i)) to = std::copy_n(levels + 4 * i, 4, to);
+        continue;
+      }
       case ChannelRule::sample_count:
         to[0] = static_cast<float>(count) / static_cast<float>(std::max<int64_t>(settings_.samples_asked, 1));
         break;
@@ -164,7 +168,9 @@ void Film::read_channels(size_t pixel, float* out) const {
           to[k] = count < 2 ? 0.0f : static_cast<float>(standard_error_of_mean(sums[k], sums[place.sum + k], count));
         break;
     }
+    to += channel.components;
   }
+  return to;
 }
 
 void Film::read_ids(size_t pixel, const FilmLayout::Place& place, float* out, int components) const {
@@ -188,32 +194,21 @@ FilmTile Film::tile(int index, const std::vector<bool>& wanted) const {
   FilmTile result;
   result.rectangle = grid_[index];
   const Rectangle& r = result.rectangle;
-  const size_t stride = size_t(r.width) * size_t(components());
+  size_t components = 0;
+  for (size_t c = 0; c < output_channels_.size(); ++c)
+    if (wanted.empty() || wanted[c]) components += static_cast<size_t>(output_channels_[c].components);
+  const size_t stride = size_t(r.width) * components;
   result.pixels.resize(stride * size_t(r.height));
   uint32_t least = UINT32_MAX, least_active = UINT32_MAX;
   Storage& s = *storage_;
-  {
-    const std::lock_guard lock(s.tiles[static_cast<size_t>(index)].mutex);
-    read(r, result.pixels.data(), stride);
-    for (int y = r.y; y < r.y + r.height; ++y)
-      for (size_t i = pixel_index(r.x, y), end = i + size_t(r.width); i < end; ++i) {
-        least = std::min(least, s.counts[i]);
-        if (s.stopped.empty() || !s.stopped[i]) least_active = std::min(least_active, s.counts[i]);
-      }
-  }
-  result.samples = least_active != UINT32_MAX ? least_active : least;
-  if (wanted.empty()) return result;
-
-  // Only what is wanted stays, moved up in place.
-  const float* from = result.pixels.data();
-  float* to = result.pixels.data();
-  for (int pixel = 0; pixel < r.width * r.height; ++pixel)
-    for (size_t c = 0; c < output_channels_.size(); ++c) {
-      const int width = output_channels_[c].components;
-      if (wanted[c]) to = std::copy_n(from, width, to);
-      from += width;
+  const std::lock_guard lock(s.tiles[static_cast<size_t>(index)].mutex);
+  read(r, wanted, result.pixels.data(), stride);
+  for (int y = r.y; y < r.y + r.height; ++y)
+    for (size_t i = pixel_index(r.x, y), end = i + size_t(r.width); i < end; ++i) {
+      least = std::min(least, s.counts[i]);
+      if (s.stopped.empty() || !s.stopped[i]) least_active = std::min(least_active, s.counts[i]);
     }
-  result.pixels.resize(static_cast<size_t>(to - result.pixels.data()));
+  result.samples = least_active != UINT32_MAX ? least_active : least;
   return result;
 }
 
@@ -224,7 +219,7 @@ std::vector<float> Film::pixels() const {
   for (int index = 0; index < grid_.count(); ++index) {
     const Rectangle& r = grid_[index];
     const std::lock_guard lock(storage_->tiles[static_cast<size_t>(index)].mutex);
-    read(r, result.data() + size_t(r.y - all.y) * stride + size_t(r.x - all.x) * components, stride);
+    read(r, {}, result.data() + size_t(r.y - all.y) * stride + size_t(r.x - all.x) * components, stride);
   }
   return result;
 }

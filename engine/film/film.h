@@ -122,8 +122,9 @@ class Film {
   size_t pixel_index(int x, int y) const {
     return size_t(y - settings_.region.y) * size_t(settings_.region.width) + size_t(x - settings_.region.x);
   }
-  void read(const Rectangle& rectangle, float* rows, size_t row_stride) const;
-  void read_channels(size_t pixel, float* out) const;
+  /// @param wanted by number in channels(); empty: all
+  void read(const Rectangle& rectangle, const std::vector<bool>& wanted, float* rows, size_t row_stride) const;
+  float* read_channels(size_t pixel, const std::vector<bool>& wanted, float* out) const;
   void read_ids(size_t pixel, const FilmLayout::Place& place, float* out, int components) const;
   void reject(size_t pixel, int64_t sample, std::span<const float> values);
   double intensity_sum(size_t pixel) const;

@@ -5,6 +5,7 @@
 namespace lambent {
 
 FilmLayout::FilmLayout(const std::vector<FilmChannel>& channels) {
+  int outputs = 0;
   for (const FilmChannel& channel : channels) {
     Place& place = places.emplace_back();
     place.sample = sample_floats;
@@ -29,7 +30,8 @@ FilmLayout::FilmLayout(const std::vector<FilmChannel>& channels) {
     }
     if (channel.splats) place.plane = planes++;
     if (!channel.hidden) {
-      place.output = output_floats;
+      place.output = outputs;
+      outputs += channel.rule == ChannelRule::ids ? channel.components / 4 : 1;
       output_floats += channel.components;
     }
     plain = plain && channel.rule == ChannelRule::mean && channel.divided_by < 0 && !channel.hidden;

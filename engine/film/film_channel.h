@@ -45,7 +45,7 @@ struct FilmLayout {
     int id = -1;      ///< ids: first of its slots in a pixel
     int slots = 0;    ///< ids: number of them; more than levels, so that what comes late and often is not lost
     int plane = -1;   ///< of the splats; -1: takes none
-    int output = -1;  ///< first of its floats in a pixel as read; -1: hidden
+    int output = -1;  ///< its number in output_channels(), the first where it makes several; -1: hidden
     std::vector<int> dividends;  ///< channels that are divided by it
   };
   std::vector<Place> places;  ///< by channel

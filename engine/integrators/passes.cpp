@@ -70,6 +70,8 @@ constexpr Kind k_kinds[] = {{"depth", PassKind::depth, "Z"},
 
 constexpr float k_no_depth = 1e10f;
 constexpr int k_most_levels = 32;
+/// Where a path stands that leaves the first surface to ask what it receives.
+constexpr PathCounts k_counts_behind_first{k_ray_shadow, 1, 0, 0, 0, 0};
 
 bool is_cryptomatte(PassKind kind) {
   return kind >= PassKind::cryptomatte_object && kind <= PassKind::cryptomatte_asset;
@@ -134,33 +136,27 @@ std::shared_ptr<const PassPlan> PassPlan::create(const std::vector<PassRequest>&
     } else if (++channels > k_most_channels) {
       leave_out(fmt::format("there are more than {} passes", k_most_channels));
     } else {
-      plan->add(request, kind->kind, scene, report);
+      FilmChannel channel{.name = request.name,
+                          .components = static_cast<int>(std::strlen(kind->letters)),
+                          .letters = kind->letters,
+                          .splats = kind->light};
+      plan->add(request, kind->kind, std::move(channel), scene, report);
     }
   }
-  if (plan->passes_.empty()) return nullptr;
-  const size_t asked = plan->passes_.size();
-  for (size_t i = 0; i < asked; ++i) plan->divide_by(i);
+  if (plan->light_.empty() && plan->data_.empty()) return nullptr;
+  const std::vector<Pass> asked = plan->data_;  // what is divided by may join them
+  for (const Pass& pass : plan->light_) plan->divide(pass);
+  for (const Pass& pass : asked) plan->divide(pass);
   plan->layout_ = FilmLayout(plan->channels_);
   for (const FilmChannel& channel : plan->channels_) plan->looks_ = plan->looks_ || channel.rule == ChannelRule::first;
-  for (const Pass& pass : plan->passes_) {
+  for (const Pass& pass : plan->light_)
     plan->events_ = plan->events_ || pass.expression || pass.kind == PassKind::caustics_direct ||
                     pass.kind == PassKind::caustics_indirect;
-    const FilmLayout::Place& place = plan->layout_.places[static_cast<size_t>(pass.channel)];
-    for (const Kind& kind : k_kinds)
-      if (kind.kind == pass.kind && kind.light) plan->light_passes_.push_back({&pass, place.sample, place.plane});
-  }
   return plan;
 }
 
-void PassPlan::add(const PassRequest& request, PassKind kind, const Scene& scene, Report& report) {
-  const Kind& entry =
-      *std::find_if(std::begin(k_kinds), std::end(k_kinds), [&](const Kind& k) { return k.kind == kind; });
-  FilmChannel channel{.name = request.name,
-                      .components = static_cast<int>(std::strlen(entry.letters)),
-                      .letters = entry.letters,
-                      .splats = entry.light};
-  Pass pass;
-  pass.kind = kind;
+void PassPlan::add(const PassRequest& request, PassKind kind, FilmChannel channel, const Scene& scene, Report& report) {
+  Pass pass{.kind = kind};
   if (is_cryptomatte(kind)) {
     int levels = 6;
     std::from_chars(request.argument.data(), request.argument.data() + request.argument.size(), levels);
@@ -192,24 +188,20 @@ void PassPlan::add(const PassRequest& request, PassKind kind, const Scene& scene
     pass.expression = std::move(*expression);
   }
   pass.channel = static_cast<int>(channels_.size());
+  (channel.splats ? light_ : data_).push_back(std::move(pass));
   channels_.push_back(std::move(channel));
-  passes_.push_back(std::move(pass));
 }
 
-/// Light passes are divided by the colour of what scatters it: hidden where it is not asked for itself.
-void PassPlan::divide_by(size_t index) {
-  const std::optional<PassKind> divisor = color_of(passes_[index].kind);
+/// Scattered light is divided by the colour of what scatters it: a hidden channel where that is not asked for itself.
+void PassPlan::divide(const Pass& pass) {
+  const std::optional<PassKind> divisor = color_of(pass.kind);
   if (!divisor) return;
-  auto found = std::find_if(passes_.begin(), passes_.end(), [&](const Pass& pass) { return pass.kind == *divisor; });
-  if (found == passes_.end()) {
-    Pass pass;
-    pass.kind = *divisor;
-    pass.channel = static_cast<int>(channels_.size());
+  auto found = std::find_if(data_.begin(), data_.end(), [&](const Pass& other) { return other.kind == *divisor; });
+  if (found == data_.end()) {
+    found = data_.insert(found, {.kind = *divisor, .channel = static_cast<int>(channels_.size())});
     channels_.push_back({.name = {}, .components = 3, .hidden = true});
-    passes_.push_back(std::move(pass));
-    found = passes_.end() - 1;
   }
-  channels_[static_cast<size_t>(passes_[index].channel)].divided_by = found->channel;
+  channels_[static_cast<size_t>(pass.channel)].divided_by = found->channel;
 }
 
 // --- The camera walk -----------------------------------------------------------------------------------------------
@@ -235,7 +227,7 @@ void PassRecorder::begin(int x, int y, uint32_t sample) {
 
 /// What has no mean is that of the middle of the pixel: the first surface there that is opaque enough.
 void PassRecorder::look(int x, int y) {
-  for (const PassPlan::Pass& pass : plan_.passes_)
+  for (const PassPlan::Pass& pass : plan_.data_)
     if (pass.kind == PassKind::depth) *at(pass) = k_no_depth;
   const CameraRay middle =
       scene_.camera().sample_ray({static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f}, {0.5f, 0.5f});
@@ -253,7 +245,7 @@ void PassRecorder::look(int x, int y) {
     scene_.fill_shading_point(hit, binding, -ray.direction, found.t, cone, counts, point);
     binding.program->evaluate(point, scene_.textures(), bsdf);
     if (opaque_enough(binding, bsdf)) {
-      for (const PassPlan::Pass& pass : plan_.passes_) look_at(pass, point);
+      for (const PassPlan::Pass& pass : plan_.data_) look_at(pass, point);
       return;
     }
     cone.width_m += cone.spread * found.t;
@@ -285,7 +277,7 @@ void PassRecorder::visible(const SurfaceHit& hit, const SurfaceBinding& binding,
   const float opacity = 1.0f - average(bsdf.transparency());
   const float seen = average(throughput);
   const bool first = !saw_surface_ && opaque_enough(binding, bsdf);
-  for (const PassPlan::Pass& pass : plan_.passes_) {
+  for (const PassPlan::Pass& pass : plan_.data_) {
     switch (pass.kind) {
       case PassKind::diffuse_color:
         add_to(pass, throughput * bsdf.class_albedo(LobeClass::diffuse, point.wi_world));
@@ -296,13 +288,9 @@ void PassRecorder::visible(const SurfaceHit& hit, const SurfaceBinding& binding,
       case PassKind::transmission_color:
         add_to(pass, throughput * bsdf.class_albedo(LobeClass::transmission, point.wi_world));
         break;
-      case PassKind::denoising_albedo: {
-        Color albedo = bsdf.emission();
-        for (const LobeClass c : {LobeClass::diffuse, LobeClass::glossy, LobeClass::transmission})
-          albedo += bsdf.class_albedo(c, point.wi_world);
-        add_to(pass, throughput * albedo);
+      case PassKind::denoising_albedo:
+        add_to(pass, throughput * (bsdf.emission() + bsdf.albedo(point.wi_world) - bsdf.transparency()));
         break;
-      }
       case PassKind::mist: {
         // What is seen of the mist's opposite; finish() turns it round.
         const Vec3 p = scene_.view().camera_from_world.point(point.p_world);
@@ -320,8 +308,8 @@ void PassRecorder::visible(const SurfaceHit& hit, const SurfaceBinding& binding,
         Color shadowed(0.0f), unshadowed(0.0f);
         received(hit, point, bsdf, shadowed, unshadowed);
         add_to(pass, throughput * shadowed);
-        for (const PassPlan::Pass& other : plan_.passes_)
-          if (other.kind == PassKind::unshadowed) add_to(other, throughput * unshadowed);
+        const int divisor = plan_.channels_[static_cast<size_t>(pass.channel)].divided_by;
+        add_to({.kind = PassKind::unshadowed, .channel = divisor}, throughput * unshadowed);
         break;
       }
       case PassKind::aov_color:
@@ -399,8 +387,14 @@ float PassRecorder::occlusion(const SurfaceHit& hit, const ShadingPoint& point) 
   if (!(dot(direction, point.ng_world) > 0.0f)) return 0.0f;
   const Vec3 origin = offset_origin(hit.p_world, hit.p_error, hit.ng_world, direction);
   const Ray ray{origin, 0.0f, direction, plan_.settings_.ambient_occlusion_distance_m, k_visible_shadow};
-  return average(
-      segment_transmittance<true>(scene_, ray, {k_ray_shadow, 1, 0, 0, 0, 0}, plan_.settings_.transparent_bounces));
+  return average(transmittance(ray));
+}
+
+/// As rays from what the camera sees meet it.
+Color PassRecorder::transmittance(const Ray& ray) const {
+  const int limit = plan_.settings_.transparent_bounces;
+  return scene_.profile().transparency ? segment_transmittance<true>(scene_, ray, k_counts_behind_first, limit)
+                                       : segment_transmittance<false>(scene_, ray, k_counts_behind_first, limit);
 }
 
 /// One sampled light with and without what stands before it.
@@ -412,14 +406,11 @@ void PassRecorder::received(const SurfaceHit& hit, const ShadingPoint& point, co
   const LightSample light =
       scene_.lights().sample(hit.p_world, light_receiver_normal(bsdf, point.ng_world), u_selection, u_position);
   if (!light || !(light.pdf_solid_angle > 0.0f)) return;
-  const PathCounts counts{k_ray_shadow, 1, 0, 0, 0, 0};
   const Color f = bsdf.eval(point.wi_world, light.direction_world, Transport::radiance, ReversePdf::no).f_cos;
-  unshadowed = f * scene_.sample_radiance(light, counts) * (1.0f / light.pdf_solid_angle);
+  unshadowed = f * scene_.sample_radiance(light, k_counts_behind_first) * (1.0f / light.pdf_solid_angle);
   if (is_black(unshadowed)) return;
   shadowed = unshadowed;
-  if (light.traits->shadows)
-    shadowed *= segment_transmittance<true>(scene_, shadow_ray(scene_, hit, light), counts,
-                                            plan_.settings_.transparent_bounces);
+  if (light.traits->shadows) shadowed *= transmittance(shadow_ray(scene_, hit, light));
 }
 
 void PassRecorder::scattered(const Bsdf& bsdf, const Vec3& wi_world, const BsdfSample& sample) {
@@ -445,17 +436,17 @@ void PassRecorder::see_through(const Vec3& direction_world, const Color& through
   scene_.lights().for_each_infinite(direction_world, counts.ray_kind, [&](const LightHit& hit) {
     const Color value = throughput * scene_.light_radiance(hit, counts);
     const PathSignature path{0, nullptr, {}, scene_.source_of(hit.light), hit.traits->group, Technique::emission_hit};
-    for (const PassPlan::LightPass& light : plan_.light_passes_) {
+    for (const PassPlan::Pass& pass : plan_.light_) {
       Color part;
-      const bool shown = light.pass->kind == PassKind::environment || light.pass->kind == PassKind::light_group;
-      if (shown && takes(*light.pass, path, value, part)) add_to(*light.pass, part * plan_.settings_.exposure);
+      const bool shown = pass.kind == PassKind::environment || pass.kind == PassKind::light_group;
+      if (shown && takes(pass, path, value, part)) add_to(pass, part * plan_.settings_.exposure);
     }
     if (path.source == LightSource::background) add_background_albedo(value);
   });
 }
 
 void PassRecorder::add_background_albedo(const Color& value) {
-  for (const PassPlan::Pass& pass : plan_.passes_)
+  for (const PassPlan::Pass& pass : plan_.data_)
     if (pass.kind == PassKind::denoising_albedo) add_to(pass, value);
 }
 
@@ -478,8 +469,9 @@ void PassRecorder::joined(const Color& value, const Bsdf& bsdf, const Vec3& wi_w
 std::span<const float> PassRecorder::finish(const Vec4& picture) {
   const float all[4] = {picture.x, picture.y, picture.z, picture.w};
   std::copy_n(all, 4, values_.begin());
-  for (const PassPlan::Pass& pass : plan_.passes_) {
+  for (const PassPlan::Pass& pass : plan_.light_)
     if (pass.kind == PassKind::noisy) std::copy_n(all, 4, at(pass));
+  for (const PassPlan::Pass& pass : plan_.data_) {
     if (pass.kind == PassKind::mist) *at(pass) = 1.0f - *at(pass);
     if (pass.kind == PassKind::time)
       *at(pass) = std::chrono::duration<float, std::micro>(std::chrono::steady_clock::now() - start_).count();
@@ -536,10 +528,9 @@ bool PassRecorder::takes(const PassPlan::Pass& pass, const PathSignature& path, 
 }
 
 void PassRecorder::add(const Color& value, const PathSignature& path) {
-  for (const PassPlan::LightPass& light : plan_.light_passes_) {
+  for (const PassPlan::Pass& pass : plan_.light_) {
     Color part;
-    if (light.pass->kind != PassKind::noisy && takes(*light.pass, path, value, part))
-      add_to(*light.pass, part * plan_.settings_.exposure);
+    if (pass.kind != PassKind::noisy && takes(pass, path, value, part)) add_to(pass, part * plan_.settings_.exposure);
   }
 }
 

@@ -85,7 +85,6 @@ struct PassSettings {
   int transparent_bounces = 8;
   float exposure = 1.0f;
   uint32_t seed = 0;
-  int64_t samples = 0;  ///< asked for; 0: unlimited
 };
 
 /// The passes of one render. Immutable.
@@ -100,7 +99,6 @@ class PassPlan {
 
   /// For the film: the picture first, then the passes in the order of the requests, hidden ones last.
   const std::vector<FilmChannel>& channels() const { return channels_; }
-  const PassSettings& settings() const { return settings_; }
   /// Some pass asks for the sequence of events.
   bool wants_events() const { return events_; }
 
@@ -108,25 +106,21 @@ class PassPlan {
   friend class PassRecorder;
   struct Pass {
     PassKind kind;
-    int channel;
+    int channel = 0;
     uint16_t group = 0;
-    std::string aov;
-    std::optional<LightPathExpression> expression;
-  };
-  /// A pass of light with where its values go.
-  struct LightPass {
-    const Pass* pass;
-    int sample, plane;
+    std::string aov = {};
+    std::optional<LightPathExpression> expression = {};
   };
 
-  void add(const PassRequest& request, PassKind kind, const Scene& scene, Report& report);
-  void divide_by(size_t pass);
+  void add(const PassRequest& request, PassKind kind, FilmChannel channel, const Scene& scene, Report& report);
+  void divide(const Pass& pass);
+  const FilmLayout::Place& place(const Pass& pass) const { return layout_.places[static_cast<size_t>(pass.channel)]; }
 
   PassSettings settings_;
   std::vector<FilmChannel> channels_{{.name = "combined", .splats = true}};
-  std::vector<Pass> passes_;
+  std::vector<Pass> light_;  ///< sums what paths bring
+  std::vector<Pass> data_;   ///< shows what the camera sees, or how it was sampled
   FilmLayout layout_;
-  std::vector<LightPass> light_passes_;
   bool events_ = false;
   bool looks_ = false;  ///< some channel has rule first
 };
@@ -170,19 +164,18 @@ class PassRecorder {
   /// What a light walk's vertex sends to the lens: calls splat(plane, color) for each pass of light that takes some.
   template <typename Splat>
   void splatted(const Color& value, const PathSignature& signature, Splat&& splat) const {
-    for (const PassPlan::LightPass& light : plan_.light_passes_) {
-      if (light.plane < 0) continue;
+    for (const PassPlan::Pass& pass : plan_.light_) {
       Color part;
-      if (takes(*light.pass, signature, value, part)) splat(light.plane, part);
+      if (takes(pass, signature, value, part)) splat(plan_.place(pass).plane, part);
     }
   }
   bool wants_events() const { return plan_.events_; }
   /// An event for a pair of directions, chosen by what each kind of lobe has of the light.
   uint8_t event_at(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world);
-  /// Uniform in [0, 1).
-  float random();
 
  private:
+  /// Uniform in [0, 1).
+  float random();
   static bool takes(const PassPlan::Pass& pass, const PathSignature& path, const Color& value, Color& part);
   void add(const Color& value, const PathSignature& path);
   void add_to(const PassPlan::Pass& pass, const Color& value);
@@ -195,9 +188,8 @@ class PassRecorder {
   bool opaque_enough(const SurfaceBinding& binding, const Bsdf& bsdf) const;
   float occlusion(const SurfaceHit& hit, const ShadingPoint& point);
   void received(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, Color& shadowed, Color& unshadowed);
-  float* at(const PassPlan::Pass& pass) {
-    return values_.data() + plan_.layout_.places[static_cast<size_t>(pass.channel)].sample;
-  }
+  Color transmittance(const Ray& ray) const;
+  float* at(const PassPlan::Pass& pass) { return values_.data() + plan_.place(pass).sample; }
 
   const PassPlan& plan_;
   const Scene& scene_;

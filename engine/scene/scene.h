@@ -73,8 +73,6 @@ class Scene {
   const ObjectIds& ids(uint32_t object_index) const { return object_ids_[object_index]; }
   /// Names of the light groups: number n of LightTraits::group is the n-th, counted from 1.
   const std::vector<std::string>& light_groups() const { return light_groups_; }
-  /// Programs of the surfaces, each perhaps several times.
-  const std::vector<SurfaceBinding>& bindings() const { return bindings_; }
   /// The user's world position is p_world + origin_shift.
   const Vec3d& origin_shift() const { return origin_shift_; }
   SceneStatistics statistics() const;

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <condition_variable>
 #include <exception>
+#include <functional>
 #include <future>
+#include <iterator>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -389,11 +391,11 @@ std::vector<TileSnapshot> Session::take_tiles(size_t limit, const std::vector<st
   std::vector<bool> wanted;
   std::vector<Channel> channels = film->channels();
   if (!names.empty() && !complete) {
-    for (const Channel& channel : channels)
-      wanted.push_back(std::find(names.begin(), names.end(), channel.name) != names.end());
-    std::erase_if(channels, [&](const Channel& channel) {
-      return std::find(names.begin(), names.end(), channel.name) == names.end();
-    });
+    const auto is_named = [&](const Channel& channel) {
+      return std::find(names.begin(), names.end(), channel.name) != names.end();
+    };
+    std::transform(channels.begin(), channels.end(), std::back_inserter(wanted), is_named);
+    std::erase_if(channels, std::not_fn(is_named));
   }
   for (const int index : dirty) {
     FilmTile tile = film->tile(index, wanted);

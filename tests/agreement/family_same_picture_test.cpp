@@ -1,9 +1,6 @@
 // What must not change a picture of the bidirectional family: threads, tiles, pauses, kernels, scale and place.
 #include <gtest/gtest.h>
 
-#include <filesystem>
-#include <thread>
-
 #include "tests/agreement/batches.h"
 #include "tests/common/direct_render.h"
 
@@ -33,32 +30,7 @@ TEST_P(FamilySamePicture, whatever_the_number_of_threads_and_the_size_of_tiles) 
 
 TEST_P(FamilySamePicture, after_being_stopped_saved_and_continued) {
   SceneMaker maker = room_for(24);
-  const Picture reference = render(maker.transaction());
-  const std::string path =
-      (std::filesystem::temp_directory_path() / (std::string("lambent_family_") + GetParam() + ".checkpoint")).string();
-  const auto engine = Engine::create({});
-  RenderOutcome outcome;
-  SessionEvents events;
-  events.done = [&](const RenderOutcome& done) { outcome = done; };
-  {
-    Session first(engine, events);
-    first.apply(maker.transaction());
-    first.start(1);
-    while (first.progress().samples < 3) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    first.cancel();
-    first.wait();
-    const Status saved = first.save_checkpoint(path);
-    ASSERT_TRUE(static_cast<bool>(saved)) << saved.error();
-    ASSERT_LT(outcome.samples, 24) << "it was done before it could be stopped";
-  }
-  Session second(engine, events);
-  second.apply(maker.transaction());
-  ASSERT_TRUE(static_cast<bool>(second.load_checkpoint(path)));
-  second.start(2);
-  second.wait();
-  ASSERT_EQ(outcome.status, RenderStatus::finished) << outcome.message;
-  EXPECT_EQ(second.picture().pixels, reference.pixels);
-  std::filesystem::remove(path);
+  EXPECT_EQ(render_interrupted(maker, 3).pixels, render(maker.transaction()).pixels);
 }
 
 TEST_P(FamilySamePicture, in_every_kernel_profile_that_covers_the_scene) {

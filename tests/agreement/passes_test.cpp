@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <map>
-#include <thread>
 
 #include "tests/agreement/integrator_scenes.h"
 #include "tests/common/welch.h"
@@ -172,26 +171,7 @@ TEST(PassesOfARender, continue_from_a_checkpoint_bit_for_bit) {
   SceneMaker maker = room(24);
   maker.settings.integrator = "VCM";
   maker.settings.passes = everything();
-  const Picture reference = render(maker.transaction());
-  const std::string path = testing::TempDir() + "lambent_passes.checkpoint";
-  const auto engine = Engine::create({});
-  {
-    Session first(engine, {});
-    first.apply(maker.transaction());
-    first.start(1);
-    while (first.progress().samples < 2) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    first.cancel();
-    first.wait();
-    const Status saved = first.save_checkpoint(path);
-    ASSERT_TRUE(static_cast<bool>(saved)) << saved.error();
-  }
-  Session second(engine, {});
-  second.apply(maker.transaction());
-  ASSERT_TRUE(static_cast<bool>(second.load_checkpoint(path)));
-  second.start(2);
-  second.wait();
-  EXPECT_EQ(second.picture().pixels, reference.pixels);
-  std::remove(path.c_str());
+  EXPECT_EQ(render_interrupted(maker, 2).pixels, render(maker.transaction()).pixels);
 }
 
 TEST(PassesOfARender, that_cannot_be_made_are_named_and_left_out) {

@@ -1,9 +1,6 @@
 // What must not change a picture: threads, tiles, order, pauses, kernels, scale and place.
 #include <gtest/gtest.h>
 
-#include <filesystem>
-#include <thread>
-
 #include "engine/base/cancel.h"
 #include "engine/integrators/integrator.h"
 #include "engine/scene/scene_builder.h"
@@ -41,32 +38,7 @@ TEST(SamePicture, a_region_has_the_pixels_of_the_whole) {
 
 TEST(SamePicture, after_being_stopped_saved_and_continued) {
   SceneMaker maker = room(64);
-  const Picture reference = render(maker.transaction());
-  const std::string path = (std::filesystem::temp_directory_path() / "lambent_same_picture.checkpoint").string();
-  const auto engine = Engine::create({});
-  RenderOutcome outcome;
-  SessionEvents events;
-  events.done = [&](const RenderOutcome& done) { outcome = done; };
-  {
-    Session first(engine, events);
-    first.apply(maker.transaction());
-    first.start(1);
-    while (first.progress().samples < 3) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    first.cancel();
-    first.wait();
-    ASSERT_EQ(outcome.status, RenderStatus::cancelled);
-    ASSERT_LT(outcome.samples, 64);
-    const Status saved = first.save_checkpoint(path);
-    ASSERT_TRUE(static_cast<bool>(saved)) << saved.error();
-  }
-  Session second(engine, events);
-  second.apply(maker.transaction());
-  ASSERT_TRUE(static_cast<bool>(second.load_checkpoint(path)));
-  second.start(2);
-  second.wait();
-  ASSERT_EQ(outcome.status, RenderStatus::finished) << outcome.message;
-  EXPECT_EQ(second.picture().pixels, reference.pixels);
-  std::filesystem::remove(path);
+  EXPECT_EQ(render_interrupted(maker, 3).pixels, render(maker.transaction()).pixels);
 }
 
 TEST(SamePicture, in_every_kernel_profile_that_covers_the_scene) {

@@ -1,8 +1,12 @@
 #include "tests/common/scene_maker.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
+#include <filesystem>
+#include <thread>
 
 namespace lambent::test {
 
@@ -251,6 +255,35 @@ Picture render(const Transaction& transaction, int threads, RenderOutcome* outco
   else
     EXPECT_EQ(result.status, RenderStatus::finished) << result.message;
   return session.picture();
+}
+
+Picture render_interrupted(const SceneMaker& maker, int64_t samples) {
+  const std::string path =
+      fmt::format("{}lambent_{}_{}.checkpoint", testing::TempDir(), getpid(), maker.settings.integrator);
+  const auto engine = Engine::create({});
+  RenderOutcome outcome;
+  SessionEvents events;
+  events.done = [&](const RenderOutcome& done) { outcome = done; };
+  {
+    Session first(engine, events);
+    first.apply(maker.transaction());
+    first.start(1);
+    while (first.progress().samples < samples) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    first.cancel();
+    first.wait();
+    EXPECT_EQ(outcome.status, RenderStatus::cancelled);
+    EXPECT_LT(outcome.samples, maker.settings.samples) << "it was done before it could be stopped";
+    const Status saved = first.save_checkpoint(path);
+    EXPECT_TRUE(static_cast<bool>(saved)) << saved.error();
+  }
+  Session second(engine, events);
+  second.apply(maker.transaction());
+  EXPECT_TRUE(static_cast<bool>(second.load_checkpoint(path)));
+  second.start(2);
+  second.wait();
+  EXPECT_EQ(outcome.status, RenderStatus::finished) << outcome.message;
+  std::filesystem::remove(path);
+  return second.picture();
 }
 
 Mean mean(const Picture& picture) {

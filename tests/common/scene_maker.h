@@ -61,6 +61,9 @@ Transform aimed(const Vec3& position, const Vec3& target);
 /// Renders on `threads` threads and returns the picture; fails the test if the render does not finish.
 Picture render(const description::Transaction& transaction, int threads = 0, RenderOutcome* outcome = nullptr,
                Report* report = nullptr);
+/// The picture of a render that was stopped once it had `samples` samples, saved as a checkpoint and continued by
+/// another session; fails the test if it was done before it could be stopped.
+Picture render_interrupted(const SceneMaker& maker, int64_t samples);
 /// Mean of the first three channels over the picture, and the standard error of that mean from the pixels' spread.
 struct Mean {
   Color value{0.0f};

@@ -522,23 +522,29 @@ void Kernel<profile>::connect_to_lens(const LightWalk& walk, const LightVertex& 
     const float sum = std::fabs(contribution.x) + std::fabs(contribution.y) + std::fabs(contribution.z);
     if (limit > 0.0f && sum > limit) contribution *= limit / sum;
   }
-  if (!passes_) {
-    splat(lens.raster_px, contribution, u_roulette, nullptr);
-    return;
-  }
-  const ClassShares first = vertex.bsdf.class_shares(vertex.wi_world, lens.direction_world, Transport::importance);
+  splat_parts_.assign(1, {0, contribution});
+  if (passes_) part_splat(walk, vertex, lens.direction_world, contribution);
+  splat(lens.raster_px, u_roulette);
+}
+
+/// What the passes of light get of it.
+template <KernelProfile profile>
+void Kernel<profile>::part_splat(const LightWalk& walk, const LightVertex& vertex, const Vec3& direction_world,
+                                 const Color& contribution) {
+  const ClassShares first = vertex.bsdf.class_shares(vertex.wi_world, direction_world, Transport::importance);
   PathSignature signature{
       vertex.depth, &first, {}, scene_.source_of(walk.light()), walk.traits().group, Technique::light_tracing};
   if (passes_->wants_events()) {
-    signature.events.append(passes_->event_at(vertex.bsdf, vertex.wi_world, lens.direction_world));
+    signature.events.append(passes_->event_at(vertex.bsdf, vertex.wi_world, direction_world));
     signature.events.append_packed(vertex.events, vertex.depth - 1);
   }
-  splat(lens.raster_px, contribution, u_roulette, &signature);
+  passes_->splatted(contribution, signature,
+                    [&](int plane, const Color& part) { splat_parts_.emplace_back(plane, part); });
 }
 
 /// Every pixel whose filter covers the place gets its share; thin shares (the filter's tails) by chance, for less work.
 template <KernelProfile profile>
-void Kernel<profile>::splat(const Vec2& raster_px, const Color& contribution, float u, const PathSignature* signature) {
+void Kernel<profile>::splat(const Vec2& raster_px, float u) {
   const float reach = settings_.filter.radius_px();
   const auto weigh_axis = [&](float at, int first, int end, std::vector<float>& weights) {
     weights.clear();
@@ -561,10 +567,7 @@ void Kernel<profile>::splat(const Vec2& raster_px, const Color& contribution, fl
         if (u * k_thin_share >= density) continue;
         density = k_thin_share;
       }
-      film_.splat(x, y, contribution * density);
-      if (signature)
-        passes_->splatted(contribution * density, *signature,
-                          [&](int plane, const Color& part) { film_.splat(x, y, part, plane); });
+      for (const auto& [plane, part] : splat_parts_) film_.splat(x, y, part * density, plane);
     }
 }
 

@@ -77,9 +77,10 @@ class Kernel {
   void merge(const Here& here, const Sampler& sampler, uint32_t event_index);
   void connect_to_lens(const LightWalk& walk, const LightVertex& vertex, const Vec2& u_lens, float u_roulette);
 
-  /// Adds to the splats what the filter gives each pixel around.
-  /// @param signature what the passes ask of the path; null: there are none
-  void splat(const Vec2& raster_px, const Color& contribution, float u, const PathSignature* signature);
+  void part_splat(const LightWalk& walk, const LightVertex& vertex, const Vec3& direction_world,
+                  const Color& contribution);
+  /// Adds splat_parts_ to the pixels that the filter gives some of it.
+  void splat(const Vec2& raster_px, float u);
 
   /// The scatter at x_i towards the next vertex, as far as the densities of what lies before it go.
   void set_scatter(const Here& here, const BsdfEval& eval);
@@ -120,6 +121,7 @@ class Kernel {
   PathPdfs pdfs_;       ///< the camera walk's, with what it is joined to
   PathPdfs lens_pdfs_;  ///< of light tracing
   std::vector<float> splat_x_, splat_y_;
+  std::vector<std::pair<int, Color>> splat_parts_;  ///< what the planes of the film get of one path
   float threshold_scale_ = k_infinity;
   std::optional<PassRecorder> passes_;
 

@@ -476,6 +476,9 @@ std::span<const float> PassRecorder::finish(const Vec4& picture) {
     if (pass.kind == PassKind::time)
       *at(pass) = std::chrono::duration<float, std::micro>(std::chrono::steady_clock::now() - start_).count();
   }
+  // What is not finite in a pass (a broken UV map) does not cost the picture its sample.
+  for (size_t i = 4; i < values_.size(); ++i)
+    if (!std::isfinite(values_[i])) values_[i] = 0.0f;
   return values_;
 }
 

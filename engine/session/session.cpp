@@ -106,11 +106,14 @@ FilmSettings film_settings(const description::Settings& settings, const Scene& s
 
 /// What the samples of a checkpoint belong to. Only settings that change them: the scene itself is the user's promise.
 std::string render_identity(const description::Settings& settings) {
-  return fmt::format("{} seed {} filter {} {} size {}x{} bounces {} {} {} {} {} transparent {} exposure {} camera {}",
-                     settings.integrator, settings.seed, static_cast<int>(settings.pixel_filter),
-                     settings.filter_width_px, settings.width, settings.height, settings.max_bounces,
-                     settings.diffuse_bounces, settings.glossy_bounces, settings.transmission_bounces,
-                     settings.transparent_bounces, settings.film_transparent, settings.exposure, settings.camera);
+  std::string passes;  // the film knows their names and forms
+  for (const description::Pass& pass : settings.passes) passes += fmt::format(" {} '{}'", pass.kind, pass.argument);
+  return fmt::format(
+      "{} seed {} filter {} {} size {}x{} bounces {} {} {} {} {} transparent {} exposure {} camera {} passes{}",
+      settings.integrator, settings.seed, static_cast<int>(settings.pixel_filter), settings.filter_width_px,
+      settings.width, settings.height, settings.max_bounces, settings.diffuse_bounces, settings.glossy_bounces,
+      settings.transmission_bounces, settings.transparent_bounces, settings.film_transparent, settings.exposure,
+      settings.camera, passes);
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
+#include <limits>
 #include <map>
 
 #include "tests/agreement/integrator_scenes.h"
@@ -172,6 +174,45 @@ TEST(PassesOfARender, continue_from_a_checkpoint_bit_for_bit) {
   maker.settings.integrator = "VCM";
   maker.settings.passes = everything();
   EXPECT_EQ(render_interrupted(maker, 2).pixels, render(maker.transaction()).pixels);
+}
+
+TEST(PassesOfARender, that_are_not_finite_cost_the_picture_nothing) {
+  SceneMaker maker = room(2);
+  const Picture plain = render(maker.transaction());
+  maker.settings.passes = {{"Mist", "mist", ""}};
+  maker.settings.mist.start_m = std::numeric_limits<float>::quiet_NaN();
+  const Picture picture = render(maker.transaction());
+  for (size_t pixel = 0; pixel < plain.pixels.size() / 4; ++pixel) {
+    for (size_t k = 0; k < 4; ++k) ASSERT_EQ(picture.pixels[5 * pixel + k], plain.pixels[4 * pixel + k]) << pixel;
+    ASSERT_TRUE(std::isfinite(picture.pixels[5 * pixel + 4])) << pixel;
+  }
+}
+
+TEST(PassesOfARender, of_another_kind_under_the_same_name_are_not_continued) {
+  SceneMaker maker = room(4);
+  const std::string path = testing::TempDir() + "lambent_other_passes.checkpoint";
+  const auto engine = Engine::create({});
+  const auto run = [&](const std::string& expression, const std::string& save, const std::string& load) {
+    maker.settings.passes = {{"Light", "light_path", expression}};
+    RenderOutcome outcome;
+    SessionEvents events;
+    events.done = [&](const RenderOutcome& done) { outcome = done; };
+    Session session(engine, events);
+    session.apply(maker.transaction());
+    if (!load.empty()) {
+      EXPECT_TRUE(static_cast<bool>(session.load_checkpoint(load)));
+    }
+    session.start(1);
+    session.wait();
+    if (!save.empty()) {
+      EXPECT_TRUE(static_cast<bool>(session.save_checkpoint(save)));
+    }
+    return outcome.status;
+  };
+  EXPECT_EQ(run("CD.*L", path, ""), RenderStatus::finished);
+  EXPECT_EQ(run("CD.*L", "", path), RenderStatus::finished);
+  EXPECT_EQ(run("CG.*L", "", path), RenderStatus::failed);
+  std::remove(path.c_str());
 }
 
 TEST(PassesOfARender, that_cannot_be_made_are_named_and_left_out) {

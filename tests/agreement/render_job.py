@@ -229,6 +229,12 @@ def choose_format(scene, layers):
         settings.color_mode = "RGBA"
 
 
+def save(scene, path):
+    """Writes what was rendered last as a picture."""
+    choose_format(scene, layers=False)
+    bpy.data.images["Render Result"].save_render(path, scene=scene)
+
+
 def main():
     with open(sys.argv[sys.argv.index("--") + 1], encoding="utf-8") as file:
         job = json.load(file)
@@ -251,7 +257,7 @@ def main():
         seconds.append(time.monotonic() - start)
         print(f"render_job: end {seed}", flush=True)
         if not layers:
-            bpy.data.images["Render Result"].save_render(scene.render.filepath, scene=scene)
+            save(scene, scene.render.filepath)
     size = [scene.render.resolution_x, scene.render.resolution_y]
     result = {"blender": bpy.app.version_string, "size": size, "seconds": seconds, "statistics": statistics}
     with open(f"{job['out']}result.json", "w", encoding="utf-8") as file:

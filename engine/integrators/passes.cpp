@@ -149,9 +149,12 @@ std::shared_ptr<const PassPlan> PassPlan::create(const std::vector<PassRequest>&
   for (const Pass& pass : asked) plan->divide(pass);
   plan->layout_ = FilmLayout(plan->channels_);
   for (const FilmChannel& channel : plan->channels_) plan->looks_ = plan->looks_ || channel.rule == ChannelRule::first;
-  for (const Pass& pass : plan->light_)
-    plan->events_ = plan->events_ || pass.expression || pass.kind == PassKind::caustics_direct ||
-                    pass.kind == PassKind::caustics_indirect;
+  for (const Pass& pass : plan->light_) {
+    const bool direct_caustics = pass.kind == PassKind::caustics_direct;
+    plan->events_ = plan->events_ || pass.expression || direct_caustics || pass.kind == PassKind::caustics_indirect;
+    plan->classes_ = plan->classes_ || direct_caustics || color_of(pass.kind);
+  }
+  for (const Pass& pass : plan->data_) plan->timed_ = plan->timed_ || pass.kind == PassKind::time;
   return plan;
 }
 
@@ -215,7 +218,7 @@ float PassRecorder::random() {
 }
 
 void PassRecorder::begin(int x, int y, uint32_t sample) {
-  start_ = std::chrono::steady_clock::now();
+  if (plan_.timed_) start_ = std::chrono::steady_clock::now();
   std::fill(values_.begin(), values_.end(), 0.0f);
   random_state_ = hash_combine(
       hash_combine(hash_combine(plan_.settings_.seed, static_cast<uint32_t>(x)), static_cast<uint32_t>(y)), sample);
@@ -415,7 +418,7 @@ void PassRecorder::received(const SurfaceHit& hit, const ShadingPoint& point, co
 
 void PassRecorder::scattered(const Bsdf& bsdf, const Vec3& wi_world, const BsdfSample& sample) {
   const bool delta = sample.event & k_scatter_delta;
-  if (vertices_ == 0)
+  if (plan_.classes_ && vertices_ == 0)
     first_ =
         delta ? ClassShares::all_of(sample.event & k_scatter_transmission ? LobeClass::transmission : LobeClass::glossy)
               : bsdf.class_shares(wi_world, sample.wo_world, Transport::radiance);
@@ -452,9 +455,10 @@ void PassRecorder::add_background_albedo(const Color& value) {
 
 void PassRecorder::joined(const Color& value, const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world,
                           Technique technique, const EventSequence& light_side, LightSource source, uint16_t group) {
+  if (plan_.light_.empty()) return;
   PathSignature path{vertices_ + 1 + light_side.count, &first_, {}, source, group, technique};
   ClassShares here;
-  if (vertices_ == 0) {
+  if (plan_.classes_ && vertices_ == 0) {
     here = bsdf.class_shares(wi_world, wo_world, Transport::radiance);
     path.first = &here;
   }

@@ -122,13 +122,15 @@ class PassPlan {
   std::vector<Pass> data_;   ///< shows what the camera sees, or how it was sampled
   FilmLayout layout_;
   bool events_ = false;
-  bool looks_ = false;  ///< some channel has rule first
+  bool classes_ = false;  ///< some pass asks which class of lobes scattered at x_1
+  bool looks_ = false;    ///< some channel has rule first
+  bool timed_ = false;
 };
 
 /// What light came through, for the passes of light.
 struct PathSignature {
   int vertices = 0;                    ///< n of technique.h
-  const ClassShares* first = nullptr;  ///< of the scattering at x_1; null if n = 0
+  const ClassShares* first = nullptr;  ///< of the scattering at x_1; null if n = 0 or no pass asks for it
   EventSequence events;                ///< at x_1 ... x_n; kept only if a pass asks for it
   LightSource source = LightSource::lamp;
   uint16_t group = 0;  ///< number of the light's group
@@ -169,7 +171,9 @@ class PassRecorder {
       if (takes(pass, signature, value, part)) splat(plan_.place(pass).plane, part);
     }
   }
+  bool wants_light() const { return !plan_.light_.empty(); }
   bool wants_events() const { return plan_.events_; }
+  bool wants_classes() const { return plan_.classes_; }
   /// An event for a pair of directions, chosen by what each kind of lobe has of the light.
   uint8_t event_at(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world);
 

@@ -523,7 +523,7 @@ void Kernel<profile>::connect_to_lens(const LightWalk& walk, const LightVertex& 
     if (limit > 0.0f && sum > limit) contribution *= limit / sum;
   }
   splat_parts_.assign(1, {0, contribution});
-  if (passes_) part_splat(walk, vertex, lens.direction_world, contribution);
+  if (passes_ && passes_->wants_light()) part_splat(walk, vertex, lens.direction_world, contribution);
   splat(lens.raster_px, u_roulette);
 }
 
@@ -531,7 +531,9 @@ void Kernel<profile>::connect_to_lens(const LightWalk& walk, const LightVertex& 
 template <KernelProfile profile>
 void Kernel<profile>::part_splat(const LightWalk& walk, const LightVertex& vertex, const Vec3& direction_world,
                                  const Color& contribution) {
-  const ClassShares first = vertex.bsdf.class_shares(vertex.wi_world, direction_world, Transport::importance);
+  ClassShares first;
+  if (passes_->wants_classes())
+    first = vertex.bsdf.class_shares(vertex.wi_world, direction_world, Transport::importance);
   PathSignature signature{
       vertex.depth, &first, {}, scene_.source_of(walk.light()), walk.traits().group, Technique::light_tracing};
   if (passes_->wants_events()) {

@@ -108,10 +108,7 @@ std::shared_ptr<const TriangleMesh> TriangleMesh::create(MeshInput input, Report
         input.positions.size(), input.triangles.size()));
     return mesh;
   }
-  if (triangles == 0) {
-    report.info("empty_mesh", name, fmt::format("Mesh '{}' has no faces: nothing of it is visible.", name));
-    return mesh;
-  }
+  if (triangles == 0) return mesh;  // the objects that show it are named by the scene
   mesh->vertex_count_ = static_cast<uint32_t>(vertices);
   mesh->triangle_count_ = static_cast<uint32_t>(triangles);
   mesh->positions_ = std::move(input.positions);

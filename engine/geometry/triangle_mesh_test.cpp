@@ -134,13 +134,14 @@ TEST(TriangleMesh, tiny_and_huge_triangles_keep_their_area_and_normal) {
   }
 }
 
-TEST(TriangleMesh, empty_and_malformed_input_give_an_empty_mesh_and_a_message) {
+TEST(TriangleMesh, empty_input_gives_an_empty_mesh_and_malformed_input_a_message_as_well) {
   Report report;
   EXPECT_TRUE(TriangleMesh::create({}, report)->empty());
+  EXPECT_TRUE(report.messages().empty());
   MeshInput odd = square();
   odd.triangles = SharedSpan<uint32_t>(std::vector<uint32_t>{0, 1});
   EXPECT_TRUE(TriangleMesh::create(std::move(odd), report)->empty());
-  EXPECT_EQ(report.messages().size(), 2u);
+  EXPECT_EQ(report.messages().size(), 1u);
 }
 
 TEST(TriangleMesh, attributes_and_normals_with_too_few_values_are_left_out_by_name) {

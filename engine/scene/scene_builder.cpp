@@ -168,6 +168,11 @@ void SceneBuilder::State::place_objects(Build& build) {
       continue;
     }
     std::shared_ptr<const TriangleMesh> shape = mesh(found->second);
+    const bool without_faces = !found->second->triangles || found->second->triangles->rows() == 0;
+    if (without_faces && object->transforms && visibility_mask(object->visibility) != 0)
+      build.report.info(
+          "empty_mesh", object->name,
+          "Object '" + object->name + "' has no faces (mesh '" + found->second->name + "'): nothing of it is visible");
     if (shape->empty() || !object->transforms) continue;
     GeometryObject& placed = build.geometry_objects.emplace_back();
     placed.name = object->name;

@@ -91,13 +91,15 @@ OutgoingMessage progress_message(const Progress& progress) {
                      {"active_tiles", std::move(active)}});
 }
 
-OutgoingMessage render_done_message(const RenderOutcome& outcome) {
-  return message_of({{"type", "render_done"},
-                     {"epoch", outcome.epoch},
-                     {"status", status_name(outcome.status)},
-                     {"samples", outcome.samples},
-                     {"statistics", statistics_json(outcome.statistics)},
-                     {"message", outcome.message}});
+OutgoingMessage render_done_message(const RenderOutcome& outcome, bool tiles_waiting) {
+  Json header = {{"type", "render_done"},
+                 {"epoch", outcome.epoch},
+                 {"status", status_name(outcome.status)},
+                 {"samples", outcome.samples},
+                 {"statistics", statistics_json(outcome.statistics)},
+                 {"message", outcome.message}};
+  if (tiles_waiting) header["tiles_waiting"] = true;
+  return message_of(header);
 }
 
 }  // namespace lambent

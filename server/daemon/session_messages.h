@@ -12,6 +12,7 @@ OutgoingMessage message_of(const Json& header);
 /// A `tile` frame; takes the pixels over.
 OutgoingMessage tile_message(TileSnapshot tile);
 OutgoingMessage progress_message(const Progress& progress);
-OutgoingMessage render_done_message(const RenderOutcome& outcome);
+/// `tiles_waiting`: final tiles of it are still to come, as soon as the client grants credit.
+OutgoingMessage render_done_message(const RenderOutcome& outcome, bool tiles_waiting = false);
 
 }  // namespace lambent

@@ -16,6 +16,8 @@ namespace {
 constexpr uint64_t k_tile_room_bytes = uint64_t(4) << 20;
 constexpr int64_t k_tiles_at_once = 8;
 constexpr std::chrono::milliseconds k_progress_interval{100};
+/// How long the end of a render waits for a client without credit to grant more for its final tiles.
+constexpr std::chrono::seconds k_credit_patience{10};
 
 }  // namespace
 
@@ -96,8 +98,15 @@ void SessionRunner::answer_cancelled(int64_t epoch) {
   if (const auto output = output_.lock()) output->send(render_done_message(outcome));
 }
 
+void SessionRunner::add_outcome(RenderOutcome outcome) {
+  outcomes_.push_back(std::move(outcome));
+  credit_waited_since_ = Clock::now();
+  service();
+}
+
 void SessionRunner::add_credit(int64_t tiles) {
   credits_ = std::min(limits_.tile_credits, credits_ + std::min(tiles, limits_.tile_credits));
+  credit_waited_since_ = Clock::now();
   service();
 }
 
@@ -148,14 +157,19 @@ bool SessionRunner::send_tiles() {
   }
 }
 
-/// `render_done` follows the last final tile; that of a superseded render has none to wait for.
+/// `render_done` follows the last final tile; that of a superseded render has none to wait for. A client that grants no
+/// credit is told nevertheless after a while; its tiles stay in the session, which keeps the film until its next
+/// render.
 void SessionRunner::send_outcomes(bool drained) {
+  const bool given_up = credits_ == 0 && Clock::now() - credit_waited_since_ >= k_credit_patience;
   std::vector<RenderOutcome> ready;
+  int64_t started = -1;
   {
     const std::lock_guard lock(epochs_mutex_);
+    started = started_epoch_;
     for (size_t i = 0; i < outcomes_.size();) {
       RenderOutcome& outcome = outcomes_[i];
-      if (outcome.epoch >= started_epoch_ && !drained) {
+      if (outcome.epoch >= started && !drained && !given_up) {
         ++i;
         continue;
       }
@@ -173,7 +187,7 @@ void SessionRunner::send_outcomes(bool drained) {
         "first tile {:.3f} s, {} rays{}{}",
         name_, outcome.epoch, k_names[size_t(outcome.status)], outcome.samples, s.triangles, s.emitters, s.update_s,
         s.build_s, s.render_s, s.first_tile_s, s.rays, outcome.message.empty() ? "" : "; ", outcome.message);
-    if (output) output->send(render_done_message(outcome));
+    if (output) output->send(render_done_message(outcome, outcome.epoch >= started && !drained));
   }
 }
 
@@ -197,6 +211,10 @@ void SessionRunner::send_progress() {
     rendering = started_epoch_ > finished_epoch_;
   }
   if (!rendering) return;  // service() schedules it again when something happens
+  if (!outcomes_.empty()) {
+    service();  // nothing else may happen: a client without credit is told of the end after a while
+    return;
+  }
   Progress progress;
   {
     const std::unique_lock gate(gate_, std::try_to_lock);

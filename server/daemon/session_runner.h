@@ -6,6 +6,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <memory>
@@ -65,6 +66,8 @@ class SessionRunner : public std::enable_shared_from_this<SessionRunner> {
   void join();
 
  private:
+  using Clock = std::chrono::steady_clock;
+
   SessionRunner(EventLoop& loop, std::shared_ptr<Engine> engine, protocol::Limits limits, std::string name,
                 std::weak_ptr<RunnerOutput> output, std::function<void()> finished);
 
@@ -85,6 +88,7 @@ class SessionRunner : public std::enable_shared_from_this<SessionRunner> {
 
   // I/O thread's side.
   void answer_cancelled(int64_t epoch);
+  void add_outcome(RenderOutcome outcome);
   bool send_tiles();
   void send_outcomes(bool drained);
   void schedule_progress();
@@ -121,8 +125,9 @@ class SessionRunner : public std::enable_shared_from_this<SessionRunner> {
   std::set<int64_t> queued_starts_;
   int64_t newest_start_ = -1;
   int64_t credits_ = 0;
-  std::vector<RenderOutcome> outcomes_;  ///< of renders that ended and whose tiles are not all sent
-  std::deque<TileSnapshot> held_tiles_;  ///< taken from the session to see whether there are any, not yet sent
+  Clock::time_point credit_waited_since_;  ///< the last credit or the last end of a render
+  std::vector<RenderOutcome> outcomes_;    ///< of renders that ended and whose tiles are not all sent
+  std::deque<TileSnapshot> held_tiles_;    ///< taken from the session to see whether there are any, not yet sent
   bool progress_scheduled_ = false;
 
   std::thread worker_;

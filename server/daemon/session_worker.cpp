@@ -44,10 +44,7 @@ std::unique_ptr<Session> SessionRunner::make_session() {
     if (!self) return;
     // Posted, like everything that goes to the client, so that it comes after what was said before.
     self->loop_.post([weak, outcome] {
-      const auto runner = weak.lock();
-      if (!runner) return;
-      runner->outcomes_.push_back(outcome);
-      runner->service();
+      if (const auto runner = weak.lock()) runner->add_outcome(outcome);
     });
   };
   return std::make_unique<Session>(engine_, std::move(events));

@@ -153,6 +153,20 @@ render()
     assert len(run.array(meshes[objects["divided"]["mesh"]]["triangles"])) == 32
 
 
+def test_meshes_without_faces_that_make_instances_or_particles_stay_at_home(run_blender):
+    run = run_blender(
+        """
+add_mesh('points', [(0,0,0),(1,1,1)], [])
+add_mesh('instancer', [(0,0,0),(1,1,1)], []).instance_type = 'VERTS'
+add_mesh('emitter', [(0,0,0),(1,1,1)], []).modifiers.new('particles', 'PARTICLE_SYSTEM')
+add_mesh('nodes', [(0,0,0),(1,1,1)], []).modifiers.new('nodes', 'NODES')
+print(render())
+"""
+    )
+    assert "{'FINISHED'}" in run.output and run.code == 0
+    assert {value["name"] for value in run.values("object").values()} == {"points"}
+
+
 def test_meshes_without_faces_and_with_nan_vertices_pass_through(run_blender):
     run = run_blender(
         """

@@ -7,6 +7,7 @@ import os
 import pathlib
 import socket
 import subprocess
+import tempfile
 import threading
 import time
 
@@ -126,6 +127,38 @@ def daemon(monkeypatch, tmp_path):
     process = daemon_process.DaemonProcess(FAKE_DAEMON)
     yield process
     process.stop()
+
+
+def slow_daemon(folder, seconds, then):
+    """A program that does nothing for some seconds and then is the command `then`, with lambentd's arguments."""
+    path = folder / "slow_daemon"
+    path.write_text(f'#!/bin/sh\nsleep {seconds}\nexec {then} "$@"\n')
+    path.chmod(0o755)
+    return str(path)
+
+
+def test_a_daemon_that_takes_longer_than_fifteen_seconds_to_start_is_waited_for(tmp_path):
+    process = daemon_process.DaemonProcess(slow_daemon(tmp_path, 16, FAKE_DAEMON))
+    client = Client(process.address, process.token, "test")
+    client.close()
+    process.stop()
+
+
+def test_a_daemon_that_never_listens_is_ended_and_named(tmp_path, monkeypatch):
+    monkeypatch.setattr(daemon_process, "START_SECONDS", 1.0)
+    with tempfile.TemporaryDirectory(prefix="lambent-test-") as runtime:
+        monkeypatch.setenv("XDG_RUNTIME_DIR", runtime)
+        program = slow_daemon(tmp_path, 0, "sleep 60 #")
+        with pytest.raises(daemon_process.DaemonUnavailable, match="slow_daemon.* was not ready after 1 s, and was ended"):
+            daemon_process.DaemonProcess(program)
+        assert os.listdir(runtime) == []
+
+
+def test_a_daemon_that_dies_while_it_starts_is_not_waited_for(tmp_path):
+    started = time.monotonic()
+    with pytest.raises(daemon_process.DaemonUnavailable, match="ended with code 3; its log ends: no such thing"):
+        daemon_process.DaemonProcess(slow_daemon(tmp_path, 0.5, "sh -c 'echo no such thing >&2; exit 3' #"))
+    assert time.monotonic() - started < daemon_process.START_SECONDS / 4
 
 
 def never():

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
+#include <set>
 
 #include "engine/description/frame.h"
 #include "engine/description/json_codec.h"
@@ -176,6 +177,40 @@ TEST_F(DaemonTest, tiles_never_exceed_the_credit_and_done_waits_for_the_last_til
   EXPECT_EQ(last->header["samples"], 50);
   EXPECT_TRUE(last->header["final"].get<bool>());
   EXPECT_TRUE(client_->receive("render_done"));
+}
+
+TEST_F(DaemonTest, a_client_that_grants_no_credit_is_told_of_the_end_after_10_s_and_may_still_have_its_tiles) {
+  configure(1);
+  credit(1);
+  start(1);
+  const auto before = Clock::now();
+  int tiles = 0;
+  std::vector<Json> ended;
+  std::set<Json> final_rectangles;
+  const auto receive_until = [&](const auto& enough) {
+    while (!enough()) {
+      const auto message = client_->receive();
+      ASSERT_TRUE(message);
+      tiles += message->type() == "tile";
+      if (message->type() == "tile" && message->header["final"].get<bool>())
+        final_rectangles.insert(message->header["rect"]);
+      if (message->type() == "render_done") ended.push_back(message->header);
+    }
+  };
+  receive_until([&] { return ended.size() == 1; });
+  ASSERT_EQ(ended.size(), 1u);
+  EXPECT_EQ(ended[0]["status"], "finished");
+  EXPECT_EQ(ended[0].value("tiles_waiting", false), true);
+  EXPECT_EQ(tiles, 1);
+  EXPECT_GT(seconds_since(before), 9.5);
+  credit(10);
+  receive_until([&] { return final_rectangles.size() == 4; });
+  configure(2);
+  start(2);
+  receive_until([&] { return ended.size() == 2; });
+  ASSERT_EQ(ended.size(), 2u);
+  EXPECT_EQ(ended[1]["epoch"], 2);
+  EXPECT_FALSE(ended[1].contains("tiles_waiting"));
 }
 
 TEST_F(DaemonTest, only_the_newest_pixels_of_a_tile_are_sent) {

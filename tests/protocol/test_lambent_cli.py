@@ -52,6 +52,36 @@ def test_another_seed_is_another_noise_of_the_same_mean(scene, tmp_path):
     assert lambent("diff", tmp_path / "a.exr", tmp_path / "b.exr", "--threshold", 100, "--failing-tiles", 0).returncode == 0
 
 
+def entry(picture, name):
+    """An entry of a picture's metadata, as text."""
+    return lambent("info", picture).stdout.split(f"lambent/{name}: ")[1].split()[0]
+
+
+def test_a_time_limit_ends_a_render_without_end(scene, tmp_path):
+    picture = tmp_path / "a.exr"
+    done = lambent("render", scene, "-o", picture, "--samples", 0, "--time-limit", 1.5)
+    assert done.returncode == 0, done.stderr
+    assert entry(picture, "status") == "finished" and int(entry(picture, "samples")) > 0
+    # It is looked at between tiles, which on a busy machine wait their turn.
+    assert 1.5 <= float(entry(picture, "render_time_s")) < 10
+
+
+def test_samples_end_a_render_before_its_time_limit(scene, tmp_path):
+    picture = tmp_path / "a.exr"
+    assert lambent("render", scene, "-o", picture, "--samples", 3, "--time-limit", 1000).returncode == 0
+    assert entry(picture, "samples") == "3" and float(entry(picture, "render_time_s")) < 100
+
+
+@pytest.mark.parametrize("integrator", ["BPT", "VCM"])
+def test_an_integrator_of_choice_renders_the_same_light_by_its_own_way(scene, tmp_path, integrator):
+    for name, chosen in (("a", "PT"), ("b", integrator)):
+        done = lambent("render", scene, "-o", tmp_path / f"{name}.exr", "--integrator", chosen, "--samples", 64)
+        assert done.returncode == 0, done.stderr
+        assert entry(tmp_path / f"{name}.exr", "integrator") == chosen
+    compared = lambent("diff", tmp_path / "a.exr", tmp_path / "b.exr", "--failing-tiles", 0)
+    assert "relMSE      0\n" not in compared.stdout and "tiles       0 of 60 differ" in compared.stdout, compared.stdout
+
+
 def test_info_names_what_a_picture_and_a_scene_hold(scene, tmp_path):
     picture = tmp_path / "a.exr"
     assert lambent("render", scene, "-o", picture, "--samples", 2, "--seed", 9, "--region", 10, 20, 60, 50).returncode == 0

@@ -367,6 +367,46 @@ def test_several_clients_render_at_once(daemon):
             assert np.array_equal(tile, pixels[key])
 
 
+# --- What the build reports ------------------------------------------------------------------------------------------
+
+
+def test_an_object_without_faces_is_named_if_it_is_visible(real):
+    client = real.client()
+    prepare(client, 1)
+    arrays = {messages.array_hash(array): array for array in (np.zeros((2, 3), np.float32), np.zeros((0, 3), np.uint32))}
+    keys = list(arrays)
+    client.send_arrays(arrays, never)
+    identity = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]
+    nowhere = dict.fromkeys(("camera", "diffuse", "glossy", "transmission", "shadow", "volume_scatter"), False)
+    edits = [
+        ("mesh", "wire", {"name": "Wire", "positions": {"array": keys[0]}, "triangles": {"array": keys[1]}}),
+        ("object", "ghost", {"name": "Ghost", "mesh": "wire", "transform": identity}),
+        ("object", "hidden", {"name": "Hidden", "mesh": "wire", "transform": identity, "visibility": nowhere}),
+    ]
+    edits = [{"op": "upsert", "kind": kind, "id": key, "value": value} for kind, key, value in edits]
+    client.commit(2, [messages.encode_json(edit) for edit in edits], never)
+    client.post({"type": "tile_credit", "tiles": 1000})
+    client.post({"type": "render_start", "epoch": 2})
+    report, _ = next_of(client, "render_report")
+    named = [(m["severity"], m["object"]) for m in report["messages"] if m["code"] == "empty_mesh"]
+    assert named == [("info", "Ghost")]
+    assert next_of(client, "render_done")[0]["status"] == "finished"
+    client.close()
+
+
+def test_a_client_without_credit_is_told_of_the_end_and_then_has_its_tiles(daemon):
+    client = daemon.client()
+    prepare(client, 1)
+    client.post({"type": "render_start", "epoch": 1})
+    done, _ = next_of(client, "render_done", 60)
+    assert done["status"] == "finished" and done["tiles_waiting"]
+    client.post({"type": "tile_credit", "tiles": 1000})
+    tiles = [next_of(client, "tile")[0] for _ in range(15)]
+    assert all(tile["final"] and tile["epoch"] == 1 for tile in tiles)
+    assert len({tuple(tile["rect"]) for tile in tiles}) == 15
+    client.close()
+
+
 # --- Clients that vanish ---------------------------------------------------------------------------------------------
 
 

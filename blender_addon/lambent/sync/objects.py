@@ -187,14 +187,13 @@ class ObjectExporter:
             # Owned data goes through to_mesh, which gives a copy that may be given normals and must be given back.
             converted = found.to_mesh()
             try:
-                if converted is None or original.type != "MESH" and not len(converted.polygons):
+                if converted is None or not len(converted.polygons) and _may_be_without_faces(original):
                     identifier = None
                 else:
                     self._export_mesh(identifier, data.name_full, converted)
             finally:
                 found.to_mesh_clear()
-        elif original.type != "MESH" and not len(data.polygons):
-            # A curve without thickness.
+        elif not len(data.polygons) and _may_be_without_faces(original):
             identifier = None
         else:
             self._export_mesh(identifier, data.name_full, data)
@@ -273,6 +272,20 @@ def _instance_arrays(depsgraph, count, with_random_ids, first_is_instancer):
     # Blender stores columns; the wire wants the upper three rows.
     matrices = np.ascontiguousarray(matrices.transpose(0, 2, 1)[:, :3])
     return matrices, random_ids.view(np.uint32) if with_random_ids else None
+
+
+def _may_be_without_faces(original):
+    """Whether an object without faces is no surprise, and so not worth a message (Cycles never gives one).
+
+    True of curves without thickness and their like, and of meshes that are there for what they make: instances or
+    particles. A mesh that simply has no face is named in the render report.
+    """
+    return (
+        original.type != "MESH"
+        or original.instance_type != "NONE"
+        or len(original.particle_systems) > 0
+        or any(modifier.type == "NODES" for modifier in original.modifiers)
+    )
 
 
 def _unique(base, taken):

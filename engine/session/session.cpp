@@ -349,15 +349,17 @@ std::vector<TileSnapshot> Session::take_tiles(size_t limit) {
   const std::shared_ptr<Run> run = state_->current();
   if (!run) return tiles;
   std::shared_ptr<Film> film;
+  std::vector<int> dirty;
   bool complete;
   {
+    // Together: a tile that the render's end makes dirty must not be taken as one of those before it.
     const std::lock_guard lock(run->mutex);
     film = run->film;
     complete = run->complete;
     run->tiles_told = false;
+    if (film) dirty = film->take_dirty(limit);
   }
-  if (!film) return tiles;
-  for (const int index : film->take_dirty(limit)) {
+  for (const int index : dirty) {
     FilmTile tile = film->tile(index);
     tiles.push_back(
         {run->epoch, tile.rectangle, tile.samples, complete, film->settings().channels, std::move(tile.pixels)});

@@ -61,6 +61,7 @@ inline Color lerp(const Color& a, const Color& b, float t) { return a + (b - a) 
 
 /// Relative luminance of linear Rec. 709 / sRGB primaries (ITU-R BT.709).
 inline float luminance(const Color& c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }
+inline float average(const Color& c) { return (c.x + c.y + c.z) * (1.0f / 3.0f); }
 
 /// sqrt(max(x, 0)): for squares that rounding made slightly negative.
 inline float safe_sqrt(float x) { return std::sqrt(std::max(x, 0.0f)); }

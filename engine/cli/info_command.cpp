@@ -76,7 +76,9 @@ int describe_scene(const std::string& path) {
       "{}, transmission {}, transparent {})\n",
       settings.samples, settings.time_limit_s, settings.noise_threshold, settings.seed, settings.max_bounces,
       settings.diffuse_bounces, settings.glossy_bounces, settings.transmission_bounces, settings.transparent_bounces);
-  fmt::print("passes        {}\n", fmt::join(settings.passes, " "));
+  std::string passes = "combined";
+  for (const description::Pass& pass : settings.passes) passes += " " + pass.name;
+  fmt::print("passes        {}\n", passes);
   for (const auto& [name, value] : settings.metadata) fmt::print("metadata      {}: {}\n", name, value);
   return 0;
 }

@@ -117,7 +117,7 @@ Settings Measurement::settings_for(const std::string& integrator, const Limit& l
   settings.samples = limit.samples;
   settings.time_limit_s = limit.time_s;
   settings.seed = seed;
-  settings.passes = {"combined"};
+  settings.passes.clear();
   return settings;
 }
 

@@ -42,6 +42,7 @@ struct Node {
 struct Graph {
   std::vector<Node> nodes;
   std::optional<Link> surface, displacement, volume;
+  std::vector<int> aovs;  ///< OutputAOV nodes: what shader AOV passes read
 };
 
 // --- Datablocks ---------------------------------------------------------------------------------------------------
@@ -99,6 +100,7 @@ struct World {
   std::string name;
   Graph graph;
   Visibility visibility;
+  std::string light_group;
   int importance_resolution = 0;  ///< height of the importance map in texels; 0 automatic
 };
 
@@ -136,7 +138,9 @@ struct Object {
   int pass_index = 0;
   std::array<float, 4> color{1, 1, 1, 1};
   std::map<std::string, std::array<float, 4>> attributes;  ///< what the shaders of all its faces may read by name
-  std::string light_group;
+  std::string light_group;   ///< of what its shaders emit
+  std::string asset;         ///< its name in the cryptomatte of assets; empty: its own
+  bool holdout = false;      ///< the camera sees a hole there
 };
 
 enum class CameraType : uint8_t { perspective, orthographic };
@@ -164,6 +168,20 @@ struct Camera {
 
 enum class PixelFilter : uint8_t { box, gaussian, blackman_harris };
 
+/// A pass that the picture shall have. Kinds: PROTOCOL.md.
+struct Pass {
+  std::string name;      ///< of its channel, the client's choice
+  std::string kind;
+  std::string argument;  ///< what the kind asks for: a light group, an AOV, a number of levels, an expression
+  friend bool operator==(const Pass&, const Pass&) = default;
+};
+
+enum class MistFalloff : uint8_t { linear, quadratic, inverse_quadratic };
+struct Mist {
+  float start_m = 5.0f, depth_m = 25.0f;
+  MistFalloff falloff = MistFalloff::quadratic;
+};
+
 struct Settings {
   int width = 1920, height = 1080;
   std::optional<std::array<int, 4>> region;  ///< x0, y0, x1, y1: px, exclusive end, row 0 at the bottom
@@ -188,7 +206,10 @@ struct Settings {
   int shared_light_paths = 16;   ///< VPL: light paths of a pass that all pixels share
   float clamp_connection = 0.0f;  ///< VPL: largest sum of R, G, B that one connection adds; 0: no clamping
   int tile_size_px = 64;
-  std::vector<std::string> passes{"combined"};
+  std::vector<Pass> passes;  ///< besides the combined one
+  Mist mist;
+  float ambient_occlusion_distance_m = 10.0f;
+  float pass_alpha_threshold = 0.5f;  ///< what is less opaque than this does not hide what depth, indices... show
   int threads = 0;
   std::string ocio_config;
   int frame = 1;

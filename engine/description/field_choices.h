@@ -33,6 +33,9 @@ inline constexpr Choice<CameraType> k_camera_types[] = {{"perspective", CameraTy
                                                         {"orthographic", CameraType::orthographic}};
 inline constexpr Choice<SensorFit> k_sensor_fits[] = {
     {"auto", SensorFit::automatic}, {"horizontal", SensorFit::horizontal}, {"vertical", SensorFit::vertical}};
+inline constexpr Choice<MistFalloff> k_mist_falloffs[] = {{"LINEAR", MistFalloff::linear},
+                                                          {"QUADRATIC", MistFalloff::quadratic},
+                                                          {"INVERSE_QUADRATIC", MistFalloff::inverse_quadratic}};
 inline constexpr Choice<PixelFilter> k_pixel_filters[] = {
     {"BOX", PixelFilter::box}, {"GAUSSIAN", PixelFilter::gaussian}, {"BLACKMAN_HARRIS", PixelFilter::blackman_harris}};
 

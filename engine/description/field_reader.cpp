@@ -204,15 +204,34 @@ void FieldReader::array(std::string_view name, ArrayPointer& value, const ArrayF
     value = std::move(found);
 }
 
-void FieldReader::strings(std::string_view name, std::vector<std::string>& values) {
+void FieldReader::passes(std::string_view name, std::vector<Pass>& values) {
   const Json* json = find_list(name);
   if (!json) return;
   values.clear();
-  for (const Json& element : *json) {
-    if (element.is_string())
-      values.push_back(element.get<std::string>());
-    else
-      fail(name, fmt::format("holds {}, not a string", type_of(element)));
+  for (size_t i = 0; i < json->size(); ++i) {
+    const Json& element = (*json)[i];
+    const std::string member = fmt::format("{}[{}]", name, i);
+    Pass pass;
+    if (element.is_string()) {
+      pass.name = pass.kind = element.get<std::string>();
+    } else if (element.is_object()) {
+      read_object(element, path_of(member) + ".", [&](FieldReader& one) {
+        one.text("kind", pass.kind, k_required);
+        pass.name = pass.kind;
+        one.text("name", pass.name);
+        const Json* argument = one.find("argument");
+        if (!argument) return;
+        if (argument->is_string())
+          pass.argument = argument->get<std::string>();
+        else if (argument->is_number())
+          pass.argument = argument->dump();
+        else
+          one.fail("argument", "is neither a string nor a number");
+      });
+    } else {
+      fail(member, "is neither a kind nor an object");
+    }
+    if (pass.kind != "combined") values.push_back(std::move(pass));
   }
 }
 

@@ -37,7 +37,11 @@ class FieldWriter {
     arrays_.add(value);
     set(name) = {{"array", value->hash}};
   }
-  void strings(std::string_view name, const std::vector<std::string>& values) { set(name) = values; }
+  void passes(std::string_view name, const std::vector<Pass>& values) {
+    Json& list = set(name) = Json::array({"combined"});
+    for (const Pass& pass : values)
+      list.push_back({{"name", pass.name}, {"kind", pass.kind}, {"argument", pass.argument}});
+  }
   void text_map(std::string_view name, const std::map<std::string, std::string>& values) { set(name) = values; }
   void number_map(std::string_view name, const std::map<std::string, std::array<float, 4>>& values) {
     set(name) = values;

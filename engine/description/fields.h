@@ -1,7 +1,7 @@
 // The members of every kind of datablock: one list each, walked by FieldReader when decoding and by FieldWriter when
 // encoding, so that the two cannot differ. `value` is const when writing.
 //
-// A visitor has: text, required_text, number, integer, boolean, choice, numbers, array, strings, text_map, group,
+// A visitor has: text, required_text, number, integer, boolean, choice, numbers, array, text_map, group,
 // optional_group, objects (lists of objects), and the members with a form of their own, named after it.
 #pragma once
 
@@ -88,6 +88,7 @@ void visit_world(V& visitor, T& value) {
   visitor.text("name", value.name);
   visitor.graph("graph", value.graph);
   visitor.group("visibility", [&](auto& group) { visit_visibility(group, value.visibility); });
+  visitor.text("light_group", value.light_group);
   visitor.integer("importance_resolution", value.importance_resolution, 0, 1 << 16);
 }
 
@@ -126,6 +127,8 @@ void visit_object(V& visitor, T& value) {
   visitor.numbers("color", value.color.data(), 4);
   visitor.number_map("attributes", value.attributes);
   visitor.text("light_group", value.light_group);
+  visitor.text("asset", value.asset);
+  visitor.boolean("holdout", value.holdout);
 }
 
 template <typename V, typename T>
@@ -184,7 +187,14 @@ void visit_settings(V& visitor, T& value) {
   visitor.integer("shared_light_paths", value.shared_light_paths, 1, 4096);
   visitor.number("clamp_connection", value.clamp_connection);
   visitor.integer("tile_size_px", value.tile_size_px, 8, 4096);
-  visitor.strings("passes", value.passes);
+  visitor.passes("passes", value.passes);
+  visitor.group("mist", [&](auto& group) {
+    group.number("start_m", value.mist.start_m);
+    group.number("depth_m", value.mist.depth_m);
+    group.choice("falloff", value.mist.falloff, k_mist_falloffs);
+  });
+  visitor.number("ambient_occlusion_distance_m", value.ambient_occlusion_distance_m);
+  visitor.number("pass_alpha_threshold", value.pass_alpha_threshold);
   visitor.integer("threads", value.threads, 0, 4096);
   visitor.text("ocio_config", value.ocio_config);
   visitor.integer("frame", value.frame, INT32_MIN, INT32_MAX);

@@ -128,6 +128,14 @@ void read_graph(FieldReader& reader, Graph& graph) {
     read_output(outputs, "surface", count, graph.surface);
     read_output(outputs, "displacement", count, graph.displacement);
     read_output(outputs, "volume", count, graph.volume);
+    const Json* aovs = outputs.find_list("aovs");
+    for (size_t i = 0; aovs && i < aovs->size(); ++i) {
+      const Json& index = (*aovs)[i];
+      if (index.is_number_unsigned() && index.get<uint64_t>() < count)
+        graph.aovs.push_back(index.get<int>());
+      else
+        outputs.fail(fmt::format("aovs[{}]", i), "is not the index of a node of this graph");
+    }
   });
 }
 
@@ -173,6 +181,7 @@ Json encode_graph(const Graph& graph) {
   if (graph.surface) outputs["surface"] = encode_link(*graph.surface);
   if (graph.displacement) outputs["displacement"] = encode_link(*graph.displacement);
   if (graph.volume) outputs["volume"] = encode_link(*graph.volume);
+  if (!graph.aovs.empty()) outputs["aovs"] = graph.aovs;
   return {{"nodes", std::move(nodes)}, {"outputs", std::move(outputs)}};
 }
 

@@ -36,7 +36,6 @@ void check_whole(FieldReader& reader, const T& value, const DecodeLimits& limits
                                        value.height, limits.pixels));
     if (value.region && ((*value.region)[2] > value.width || (*value.region)[3] > value.height))
       reader.fail("region", fmt::format("reaches outside the frame of {} x {} pixels", value.width, value.height));
-    if (value.passes.empty()) reader.fail("passes", "is empty");
     if (value.time_limit_s < 0) reader.fail("time_limit_s", "is negative");
     if (value.noise_threshold < 0) reader.fail("noise_threshold", "is negative");
   }

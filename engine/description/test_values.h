@@ -86,7 +86,7 @@ inline Transaction full_transaction() {
   add("image-pixels", image);
 
   add("material", Material{"Paint", full_graph(), 5});
-  World world{"Sky", full_graph(), {false, true, false, true, false, true}, 512};
+  World world{"Sky", full_graph(), {false, true, false, true, false, true}, "sky", 512};
   add("world", world);
 
   Light light;
@@ -168,7 +168,10 @@ inline Transaction full_transaction() {
   settings.shared_light_paths = 9;
   settings.clamp_connection = 8;
   settings.tile_size_px = 32;
-  settings.passes = {"combined", "depth"};
+  settings.passes = {{"Depth", "depth", ""}, {"Combined_key", "light_group", "key"}};
+  settings.mist = {1, 2, MistFalloff::linear};
+  settings.ambient_occlusion_distance_m = 3;
+  settings.pass_alpha_threshold = 0.25f;
   settings.threads = 3;
   settings.ocio_config = "/tmp/config.ocio";
   settings.frame = -12;

@@ -1,8 +1,8 @@
 // A film on disk: a header, then one zstd frame (with checksum) of the exact sums. Little-endian.
 //
 //   "LMBTFILM", u32 version, u64 bytes of the header text, header text, zstd frame of
-//   sums f64[P][C], counts u32[P], second moments f64[P] and stopped u8[P] (if the header has them), light paths u64
-//   and splats i64[P][3][3] (if the header has them).
+//   sums f64[P][S], ids f32[P][I], their weights f64[P][I], counts u32[P], second moments f64[P] and stopped u8[P] (if
+//   the header has them), light paths u64 and splats i64[P][planes][3][3] (if the header has them).
 // The header text holds the identity and the layout; it must be equal to the loading film's, byte by byte.
 #include <fmt/format.h>
 #include <unistd.h>
@@ -24,7 +24,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 constexpr char k_magic[8] = {'L', 'M', 'B', 'T', 'F', 'I', 'L', 'M'};
-constexpr uint32_t k_version = 2;
+constexpr uint32_t k_version = 3;
 constexpr uint64_t k_header_limit = 1 << 20;
 constexpr int k_level = 1;  // sums of noise hardly compress; untouched regions do at any level
 
@@ -43,7 +43,9 @@ std::string header_text(const Film& film, const std::string& identity) {
   std::string text = fmt::format("frame {} {}\nregion {} {} {} {}\nsecond_moments {}\n", s.width, s.height, s.region.x,
                                  s.region.y, s.region.width, s.region.height, s.second_moments ? 1 : 0);
   if (film.takes_splats()) text += fmt::format("splats {:.17g}\n", s.splat_unit);
-  for (const Channel& channel : s.channels) text += fmt::format("channel {} {}\n", channel.components, channel.name);
+  for (const FilmChannel& channel : s.channels)
+    text += fmt::format("channel {} {} {} {} {}\n", channel.components, static_cast<int>(channel.rule),
+                        channel.divided_by, channel.splats ? 1 : 0, channel.name);
   text += "identity ";
   text += identity;
   return text;
@@ -96,6 +98,8 @@ Status Film::save(const std::string& path, const std::string& identity) const {
   Storage& s = *storage_;
   uint64_t light_paths = this->light_paths();
   const Part parts[] = {part(s.sums),
+                        part(s.ids),
+                        part(s.id_weights),
                         part(s.counts),
                         part(s.second_moments),
                         part(s.stopped),
@@ -144,7 +148,8 @@ Status Film::load(const std::string& path, const std::string& identity) {
 
   // Sizes are the film's own, whatever the file says.
   Storage& s = *storage_;
-  std::vector<double> sums(s.sums.size()), second_moments(s.second_moments.size());
+  std::vector<double> sums(s.sums.size()), second_moments(s.second_moments.size()), id_weights(s.id_weights.size());
+  std::vector<float> ids(s.ids.size());
   std::vector<uint32_t> counts(s.counts.size());
   std::vector<uint8_t> stopped(s.stopped.size());
   uint64_t light_paths = 0;
@@ -160,7 +165,7 @@ Status Film::load(const std::string& path, const std::string& identity) {
   };
   char beyond;
   const Part light_paths_part{&light_paths, s.splats ? sizeof light_paths : 0};
-  for (const Part& p : {part(sums), part(counts), part(second_moments), part(stopped), light_paths_part, part(splats),
+  for (const Part& p : {part(sums), part(ids), part(id_weights), part(counts), part(second_moments), part(stopped), light_paths_part, part(splats),
                         Part{&beyond, 1}}) {
     ZSTD_outBuffer out{p.bytes, p.size, 0};
     while (out.pos < out.size && left != 0) {
@@ -175,6 +180,8 @@ Status Film::load(const std::string& path, const std::string& identity) {
   }
   if (left != 0) return failed("it is truncated");
   s.sums.swap(sums);
+  s.ids.swap(ids);
+  s.id_weights.swap(id_weights);
   s.counts.swap(counts);
   s.second_moments.swap(second_moments);
   s.stopped.swap(stopped);

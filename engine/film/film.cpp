@@ -3,19 +3,22 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <new>
 #include <stdexcept>
 #include <tuple>
 
 #include "engine/base/check.h"
+#include "engine/film/adaptive.h"
 #include "engine/film/film_storage.h"
 
 namespace lambent {
 
 namespace {
-/// Samples that a TileWriter holds back before it takes the tile's lock.
-constexpr size_t k_buffered_samples = 4096;
+/// Floats of samples that a TileWriter holds back before it takes the tile's lock.
+constexpr size_t k_buffered_floats = 16384;
 }  // namespace
 
 Film::Film() = default;
@@ -33,24 +36,30 @@ Result<std::shared_ptr<Film>> Film::create(const FilmSettings& settings) try {
       int64_t(region.y) + region.height > settings.height)
     return Error{fmt::format("The render region ({}, {}) + {} x {} does not lie inside the picture of {} x {} pixels.",
                              region.x, region.y, region.width, region.height, settings.width, settings.height)};
-  for (const Channel& channel : settings.channels) {
-    if (channel.components < 1 || channel.components > 64)
+  for (const FilmChannel& channel : settings.channels) {
+    const bool levels = channel.rule == ChannelRule::ids;
+    if (channel.components < 1 || channel.components > 64 || (levels && channel.components % 4 != 0))
       return Error{fmt::format("Channel '{}' has {} components.", channel.name, channel.components)};
-    film->components_ += channel.components;
+    CHECK(channel.divided_by < static_cast<int>(settings.channels.size()));
   }
   if (settings.channels.empty() || settings.channels[0].components != 4)
     return Error{"The first channel must be the picture's RGBA."};
+  film->layout_ = FilmLayout(settings.channels);
+  film->output_channels_ = output_channels(settings.channels);
 
   film->storage_ = std::make_unique<Storage>();
   Storage& storage = *film->storage_;
   const size_t pixels = size_t(region.width) * size_t(region.height);
-  storage.sums.resize(pixels * size_t(film->components_));
+  storage.sums.resize(pixels * size_t(film->layout_.sums));
+  storage.ids.resize(pixels * size_t(film->layout_.id_slots));
+  storage.id_weights.resize(pixels * size_t(film->layout_.id_slots));
   storage.counts.resize(pixels);
   if (settings.second_moments) {
     storage.second_moments.resize(pixels);
     storage.stopped.resize(pixels);
   }
-  if (film->takes_splats()) storage.splats = std::make_unique<SplatBuffer>(pixels, settings.splat_unit);
+  if (film->takes_splats())
+    storage.splats = std::make_unique<SplatBuffer>(pixels, film->layout_.planes, settings.splat_unit);
   film->grid_ = TileGrid(region, settings.tile_size_px, settings.tile_order);  // after what a huge picture fails on
   storage.tiles = std::vector<Storage::Tile>(static_cast<size_t>(film->grid_.count()));
   return film;
@@ -63,14 +72,14 @@ Result<std::shared_ptr<Film>> Film::create(const FilmSettings& settings) try {
 size_t Film::bytes() const {
   const Storage& s = *storage_;
   return s.sums.size() * sizeof(double) + s.counts.size() * sizeof(uint32_t) +
-         s.second_moments.size() * sizeof(double) + s.stopped.size() + s.tiles.size() * sizeof(Storage::Tile) +
+         s.ids.size() * (sizeof(float) + sizeof(double)) + s.second_moments.size() * sizeof(double) + s.stopped.size() + s.tiles.size() * sizeof(Storage::Tile) +
          (s.splats ? s.splats->bytes() : 0);
 }
 
-void Film::splat(int x, int y, const Color& value) {
+void Film::splat(int x, int y, const Color& value, int plane) {
   if (!settings_.region.contains(x, y)) return;
   const bool good = settings_.allow_negative || min_component(value) >= 0.0f;
-  if (good && storage_->splats->add(pixel_index(x, y), value)) return;
+  if (good && storage_->splats->add(pixel_index(x, y), value, plane)) return;
   const float values[3] = {value.x, value.y, value.z};
   reject(pixel_index(x, y), k_splat, values);
 }
@@ -97,45 +106,112 @@ int64_t Film::min_sample_count() const {
 }
 
 void Film::read(const Rectangle& rectangle, float* rows, size_t row_stride) const {
-  const Storage& s = *storage_;
-  const size_t components = static_cast<size_t>(components_);
-  const uint64_t light_paths = s.splats ? s.splats->paths() : 0;
+  const size_t components = static_cast<size_t>(layout_.output_floats);
   for (int y = 0; y < rectangle.height; ++y) {
     const size_t first = pixel_index(rectangle.x, rectangle.y + y);
     float* out = rows + size_t(y) * row_stride;
-    for (size_t i = first; i < first + size_t(rectangle.width); ++i) {
-      const double scale = s.counts[i] ? 1.0 / s.counts[i] : 0.0;
-      for (size_t c = 0; c < components; ++c) {
-        double value = s.sums[i * components + c] * scale;
-        if (c < 3 && light_paths > 0) value += s.splats->sum(i, static_cast<int>(c)) / static_cast<double>(light_paths);
-        *out++ = static_cast<float>(value);
-      }
+    for (size_t i = first; i < first + size_t(rectangle.width); ++i, out += components) read_channels(i, out);
+  }
+}
+
+void Film::read_channels(size_t pixel, float* out) const {
+  const Storage& s = *storage_;
+  const double* sums = s.sums.data() + pixel * static_cast<size_t>(layout_.sums);
+  const uint64_t paths = s.splats ? s.splats->paths() : 0;
+  const uint32_t count = s.counts[pixel];
+  const double per_sample = count ? 1.0 / count : 0.0;
+  const auto mean = [&](size_t channel, int component) {
+    const FilmLayout::Place& place = layout_.places[channel];
+    double value = sums[place.sum + component] * per_sample;
+    if (paths > 0 && place.plane >= 0 && component < 3)
+      value += s.splats->sum(pixel, component, place.plane) / static_cast<double>(paths);
+    return value;
+  };
+  for (size_t c = 0; c < settings_.channels.size(); ++c) {
+    const FilmChannel& channel = settings_.channels[c];
+    const FilmLayout::Place& place = layout_.places[c];
+    if (channel.hidden) continue;
+    float* to = out + place.output;
+    switch (channel.rule) {
+      case ChannelRule::mean:
+        for (int k = 0; k < channel.components; ++k) {
+          double value = mean(c, k);
+          if (channel.divided_by >= 0) {
+            const double by = mean(static_cast<size_t>(channel.divided_by), k);
+            value = by != 0.0 ? value / by : 0.0;
+          }
+          to[k] = static_cast<float>(value);
+        }
+        break;
+      case ChannelRule::first:
+        for (int k = 0; k < channel.components; ++k) to[k] = static_cast<float>(sums[place.sum + k]);
+        break;
+      case ChannelRule::ids:
+        read_ids(pixel, place, to, channel.components);
+        break;
+      case ChannelRule::sample_count:
+        to[0] = static_cast<float>(count) / static_cast<float>(std::max<int64_t>(settings_.samples_asked, 1));
+        break;
+      case ChannelRule::error:
+        for (int k = 0; k < channel.components; ++k)
+          to[k] = count < 2 ? 0.0f : static_cast<float>(standard_error_of_mean(sums[k], sums[place.sum + k], count));
+        break;
     }
   }
 }
 
-FilmTile Film::tile(int index) const {
+void Film::read_ids(size_t pixel, const FilmLayout::Place& place, float* out, int components) const {
+  const Storage& s = *storage_;
+  const size_t first = pixel * static_cast<size_t>(layout_.id_slots) + static_cast<size_t>(place.id);
+  std::array<std::pair<double, float>, 64> ranked;  // components are at most 64, slots as many
+  size_t used = 0;
+  for (size_t i = first; i < first + static_cast<size_t>(place.slots) && s.id_weights[i] > 0.0; ++i)
+    ranked[used++] = {s.id_weights[i], s.ids[i]};
+  std::sort(ranked.begin(), ranked.begin() + static_cast<std::ptrdiff_t>(used), [](const auto& a, const auto& b) {
+    return a.first != b.first ? a.first > b.first : std::bit_cast<uint32_t>(a.second) < std::bit_cast<uint32_t>(b.second);
+  });
+  for (size_t level = 0; level < static_cast<size_t>(components) / 2; ++level) {
+    out[2 * level] = level < used ? ranked[level].second : 0.0f;
+    out[2 * level + 1] = level < used ? static_cast<float>(ranked[level].first / s.counts[pixel]) : 0.0f;
+  }
+}
+
+FilmTile Film::tile(int index, const std::vector<bool>& wanted) const {
   FilmTile result;
   result.rectangle = grid_[index];
   const Rectangle& r = result.rectangle;
-  const size_t stride = size_t(r.width) * size_t(components_);
+  const size_t stride = size_t(r.width) * size_t(components());
   result.pixels.resize(stride * size_t(r.height));
   uint32_t least = UINT32_MAX, least_active = UINT32_MAX;
   Storage& s = *storage_;
-  const std::lock_guard lock(s.tiles[static_cast<size_t>(index)].mutex);
-  read(r, result.pixels.data(), stride);
-  for (int y = r.y; y < r.y + r.height; ++y)
-    for (size_t i = pixel_index(r.x, y), end = i + size_t(r.width); i < end; ++i) {
-      least = std::min(least, s.counts[i]);
-      if (s.stopped.empty() || !s.stopped[i]) least_active = std::min(least_active, s.counts[i]);
-    }
+  {
+    const std::lock_guard lock(s.tiles[static_cast<size_t>(index)].mutex);
+    read(r, result.pixels.data(), stride);
+    for (int y = r.y; y < r.y + r.height; ++y)
+      for (size_t i = pixel_index(r.x, y), end = i + size_t(r.width); i < end; ++i) {
+        least = std::min(least, s.counts[i]);
+        if (s.stopped.empty() || !s.stopped[i]) least_active = std::min(least_active, s.counts[i]);
+      }
+  }
   result.samples = least_active != UINT32_MAX ? least_active : least;
+  if (wanted.empty()) return result;
+
+  // Only what is wanted stays, moved up in place.
+  const float* from = result.pixels.data();
+  float* to = result.pixels.data();
+  for (int pixel = 0; pixel < r.width * r.height; ++pixel)
+    for (size_t c = 0; c < output_channels_.size(); ++c) {
+      const int width = output_channels_[c].components;
+      if (wanted[c]) to = std::copy_n(from, width, to);
+      from += width;
+    }
+  result.pixels.resize(static_cast<size_t>(to - result.pixels.data()));
   return result;
 }
 
 std::vector<float> Film::pixels() const {
   const Rectangle& all = settings_.region;
-  const size_t components = static_cast<size_t>(components_), stride = size_t(all.width) * components;
+  const size_t components = static_cast<size_t>(this->components()), stride = size_t(all.width) * components;
   std::vector<float> result(stride * size_t(all.height));
   for (int index = 0; index < grid_.count(); ++index) {
     const Rectangle& r = grid_[index];
@@ -192,8 +268,10 @@ void Film::reject(size_t pixel, int64_t sample, std::span<const float> values) {
 }
 
 TileWriter::TileWriter(Film& film, int tile) : film_(film), tile_(tile) {
-  pixels_.reserve(k_buffered_samples);
-  values_.reserve(k_buffered_samples * static_cast<size_t>(film.components()));
+  const size_t floats = static_cast<size_t>(film.sample_components());
+  held_ = std::max<size_t>(k_buffered_floats / floats, 1);
+  pixels_.reserve(held_);
+  values_.reserve(held_ * floats);
 }
 
 TileWriter::~TileWriter() {
@@ -203,15 +281,15 @@ TileWriter::~TileWriter() {
 
 void TileWriter::add(int x, int y, std::span<const float> values) {
   DCHECK(rectangle().contains(x, y));
-  DCHECK(values.size() == static_cast<size_t>(film_.components()));
+  DCHECK(values.size() == static_cast<size_t>(film_.sample_components()));
   pixels_.push_back(static_cast<uint32_t>(film_.pixel_index(x, y)));
   values_.insert(values_.end(), values.begin(), values.end());
-  if (pixels_.size() >= k_buffered_samples) flush();
+  if (pixels_.size() >= held_) flush();
 }
 
 void TileWriter::flush() {
   Film::Storage& s = *film_.storage_;
-  const size_t components = static_cast<size_t>(film_.components());
+  const size_t components = static_cast<size_t>(film_.sample_components());
   const std::lock_guard lock(s.tiles[static_cast<size_t>(tile_)].mutex);
   for (size_t n = 0; n < pixels_.size(); ++n) {
     const size_t pixel = pixels_[n];
@@ -225,8 +303,12 @@ void TileWriter::flush() {
       film_.reject(pixel, sample, values);
       continue;
     }
-    double* sum = s.sums.data() + pixel * components;
-    for (size_t c = 0; c < components; ++c) sum[c] += values[c];
+    if (film_.layout_.plain) {
+      double* sum = s.sums.data() + pixel * components;
+      for (size_t c = 0; c < components; ++c) sum[c] += values[c];
+    } else {
+      add_channels(pixel, sample, values);
+    }
     if (!s.second_moments.empty()) {
       const double intensity = double(values[0]) + values[1] + values[2];
       s.second_moments[pixel] += intensity * intensity;
@@ -234,6 +316,45 @@ void TileWriter::flush() {
   }
   pixels_.clear();
   values_.clear();
+}
+
+/// One sample of a film with channels of several rules.
+void TileWriter::add_channels(size_t pixel, int64_t sample, std::span<const float> values) {
+  Film::Storage& s = *film_.storage_;
+  const FilmLayout& layout = film_.layout_;
+  double* sums = s.sums.data() + pixel * static_cast<size_t>(layout.sums);
+  for (size_t c = 0; c < layout.places.size(); ++c) {
+    const FilmChannel& channel = film_.settings_.channels[c];
+    const FilmLayout::Place& place = layout.places[c];
+    const float* value = values.data() + place.sample;
+    double* sum = sums + place.sum;
+    switch (channel.rule) {
+      case ChannelRule::mean:
+        for (int k = 0; k < channel.components; ++k) sum[k] += value[k];
+        break;
+      case ChannelRule::first:
+        for (int k = 0; k < channel.components && sample == 0; ++k) sum[k] = value[k];
+        break;
+      case ChannelRule::error:
+        for (int k = 0; k < channel.components; ++k) sum[k] += double(values[static_cast<size_t>(k)]) * values[k];
+        break;
+      case ChannelRule::ids: {
+        const size_t first = pixel * static_cast<size_t>(layout.id_slots) + static_cast<size_t>(place.id);
+        for (int k = 0; k < k_ids_a_sample && value[2 * k + 1] > 0.0f; ++k) {
+          // The last slot takes what finds no other.
+          size_t i = first;
+          const size_t last = first + static_cast<size_t>(place.slots) - 1;
+          const auto id = std::bit_cast<uint32_t>(value[2 * k]);
+          while (i < last && s.id_weights[i] > 0.0 && std::bit_cast<uint32_t>(s.ids[i]) != id) ++i;
+          if (!(s.id_weights[i] > 0.0)) s.ids[i] = value[2 * k];
+          s.id_weights[i] += value[2 * k + 1];
+        }
+        break;
+      }
+      case ChannelRule::sample_count:
+        break;
+    }
+  }
 }
 
 }  // namespace lambent

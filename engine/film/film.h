@@ -10,7 +10,7 @@
 
 #include "engine/base/result.h"
 #include "engine/base/vec.h"
-#include "engine/film/rectangle.h"
+#include "engine/film/film_channel.h"
 #include "engine/film/tile_grid.h"
 
 namespace lambent {
@@ -20,8 +20,9 @@ struct FilmSettings {
   Rectangle region;           ///< what is rendered of it; the film has memory for no more. Empty: all
   int tile_size_px = 64;
   TileOrder tile_order = TileOrder::hilbert;
-  std::vector<Channel> channels{{"combined", 4}};  ///< the first is the picture: premultiplied RGBA
+  std::vector<FilmChannel> channels{{.name = "combined", .splats = true}};  ///< first the picture: premultiplied RGBA
   bool allow_negative = false;                     ///< lights of negative power: a sample may rightly be below 0
+  int64_t samples_asked = 0;                       ///< what channels of rule sample_count are divided by; 0: 1
   bool second_moments = false;                     ///< needed by stop_converged() and standard_error()
   /// A large radiance of the picture: the film takes splats (see SplatBuffer). 0: it takes none and has no memory for
   /// them.
@@ -32,7 +33,7 @@ struct FilmSettings {
 struct FilmTile {
   Rectangle rectangle;
   int64_t samples = 0;        ///< fewest of any pixel in it that is still active (of all pixels if none is)
-  std::vector<float> pixels;  ///< float[height][width][components()], row 0 at the bottom
+  std::vector<float> pixels;  ///< float[height][width][components of the channels read], row 0 at the bottom
 };
 
 /// A sample that was not finite or negative: its place, for a replay.
@@ -58,8 +59,13 @@ class Film {
   const FilmSettings& settings() const { return settings_; }
   const Rectangle& region() const { return settings_.region; }
   const TileGrid& tiles() const { return grid_; }
-  /// Floats of a sample and of a pixel: all channels' components in order.
-  int components() const { return components_; }
+  /// Floats of a sample: those of all channels in order (FilmLayout).
+  int sample_components() const { return layout_.sample_floats; }
+  const FilmLayout& layout() const { return layout_; }
+  /// What tile() and pixels() give of each pixel, in order.
+  const std::vector<Channel>& channels() const { return output_channels_; }
+  /// Floats of a pixel: the components of channels().
+  int components() const { return layout_.output_floats; }
   size_t bytes() const;
 
   /// Samples added to a pixel so far: the number of its next sample.
@@ -68,15 +74,16 @@ class Film {
   int64_t min_sample_count() const;
 
   bool takes_splats() const { return settings_.splat_unit > 0.0; }
-  /// Adds to the picture's RGB at a pixel; outside the region nothing happens. Any thread, without locks, any order:
+  /// Adds to a plane's RGB at a pixel (FilmLayout::Place::plane; 0: the picture); outside the region nothing happens. Any thread, without locks, any order:
   /// the sums are the same. A value that is not finite, out of range or negative without allow_negative is rejected.
-  void splat(int x, int y, const Color& value);
+  void splat(int x, int y, const Color& value, int plane = 0);
   /// Tells that the splats of so many more light paths are in: the number that their sums are divided by.
   void add_light_paths(uint64_t paths);
   uint64_t light_paths() const;
 
   /// The newest pixels of a tile. Divides by each pixel's own count; pixels without samples are 0.
-  FilmTile tile(int index) const;
+  /// @param wanted by number in channels(): what to read; empty: all
+  FilmTile tile(int index, const std::vector<bool>& wanted = {}) const;
   /// The whole region: float[region.height][region.width][components()], row 0 at the bottom.
   std::vector<float> pixels() const;
 
@@ -115,12 +122,15 @@ class Film {
     return size_t(y - settings_.region.y) * size_t(settings_.region.width) + size_t(x - settings_.region.x);
   }
   void read(const Rectangle& rectangle, float* rows, size_t row_stride) const;
+  void read_channels(size_t pixel, float* out) const;
+  void read_ids(size_t pixel, const FilmLayout::Place& place, float* out, int components) const;
   void reject(size_t pixel, int64_t sample, std::span<const float> values);
   double intensity_sum(size_t pixel) const;
 
   FilmSettings settings_;
   TileGrid grid_;
-  int components_ = 0;
+  FilmLayout layout_;
+  std::vector<Channel> output_channels_;
   std::unique_ptr<Storage> storage_;
 };
 
@@ -134,7 +144,7 @@ class TileWriter {
   TileWriter& operator=(const TileWriter&) = delete;
 
   const Rectangle& rectangle() const { return film_.tiles()[tile_]; }
-  /// One sample of a pixel: film.components() floats. A sample with a value that is not finite, or negative in the
+  /// One sample of a pixel: film.sample_components() floats. A sample with a value that is not finite, or negative in the
   /// picture's channel, is counted and recorded, and adds nothing but its count.
   void add(int x, int y, std::span<const float> values);
   /// The usual case of one RGBA channel.
@@ -143,8 +153,11 @@ class TileWriter {
   void flush();
 
  private:
+  void add_channels(size_t pixel, int64_t sample, std::span<const float> values);
+
   Film& film_;
   int tile_;
+  size_t held_;  ///< samples, at most
   std::vector<uint32_t> pixels_;
   std::vector<float> values_;
 };

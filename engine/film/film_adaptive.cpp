@@ -16,7 +16,7 @@ bool Film::tile_active(int index) const {
 }
 
 double Film::intensity_sum(size_t pixel) const {
-  const double* sum = storage_->sums.data() + pixel * static_cast<size_t>(components_);
+  const double* sum = storage_->sums.data() + pixel * static_cast<size_t>(layout_.sums);
   return sum[0] + sum[1] + sum[2];
 }
 

@@ -32,11 +32,6 @@ int component_count(const PictureView& picture) {
   return count;
 }
 
-/// Passes whose three components are directions or positions, not colours.
-bool is_vector(const std::string& pass) {
-  return pass == "normal" || pass == "position" || pass == "vector" || pass == "uv";
-}
-
 /// IEC 61966-2-1.
 float srgb_from_linear(float x) { return x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1.0f / 2.4f) - 0.055f; }
 
@@ -107,11 +102,8 @@ Status write_png(const std::string& path, const PictureView& picture) {
 
 std::vector<std::string> channel_names(const Channel& channel, bool main_picture) {
   const std::string prefix = main_picture ? "" : channel.name + ".";
-  std::string letters;
-  if (channel.components == 1)
-    letters = main_picture ? "Y" : channel.name == "depth" ? "Z" : "V";
-  else
-    letters = is_vector(channel.name) ? "XYZW" : "RGBA";
+  std::string letters = main_picture ? "" : channel.letters;
+  if (letters.empty()) letters = channel.components == 1 ? (main_picture ? "Y" : "V") : "RGBA";
   std::vector<std::string> names;
   for (int i = 0; i < channel.components; ++i)
     names.push_back(i < static_cast<int>(letters.size()) ? prefix + letters[i] : fmt::format("{}{}", prefix, i));

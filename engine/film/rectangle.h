@@ -14,9 +14,11 @@ struct Rectangle {
   bool empty() const { return width <= 0 || height <= 0; }
 };
 
+/// What a reader of pixels gets.
 struct Channel {
   std::string name;
   int components = 4;
+  std::string letters = {};  ///< what files call the components, one each; empty: R G B A, or by the name
   friend bool operator==(const Channel&, const Channel&) = default;
 };
 

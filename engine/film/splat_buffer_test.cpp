@@ -37,11 +37,11 @@ std::vector<double> sums(const SplatBuffer& buffer) {
 
 TEST(SplatBuffer, sums_are_the_same_bit_for_bit_in_any_order_and_from_any_number_of_threads) {
   std::vector<Splat> splats = random_splats(20000, 1);
-  SplatBuffer reference(5, 3.0);
+  SplatBuffer reference(5, 1, 3.0);
   for (const Splat& splat : splats) ASSERT_TRUE(reference.add(splat.pixel, splat.value));
   std::reverse(splats.begin(), splats.end());
   for (const size_t threads : {size_t{1}, size_t{2}, size_t{7}}) {
-    SplatBuffer buffer(5, 3.0);
+    SplatBuffer buffer(5, 1, 3.0);
     std::vector<std::thread> running;
     for (size_t t = 0; t < threads; ++t)
       running.emplace_back([&, t] {
@@ -55,7 +55,7 @@ TEST(SplatBuffer, sums_are_the_same_bit_for_bit_in_any_order_and_from_any_number
 TEST(SplatBuffer, is_off_by_at_most_half_its_finest_step_a_splat) {
   const std::vector<Splat> splats = random_splats(20000, 2);
   const double unit = 4.0;
-  SplatBuffer buffer(5, unit);
+  SplatBuffer buffer(5, 1, unit);
   std::vector<double> exact(15, 0.0);
   for (const Splat& splat : splats) {
     buffer.add(splat.pixel, splat.value);
@@ -67,7 +67,7 @@ TEST(SplatBuffer, is_off_by_at_most_half_its_finest_step_a_splat) {
 }
 
 TEST(SplatBuffer, keeps_small_values_beside_large_ones) {
-  SplatBuffer buffer(1, 1.0);
+  SplatBuffer buffer(1, 1, 1.0);
   ASSERT_TRUE(buffer.add(0, Color(0x1p30f)));
   for (int i = 0; i < 1024; ++i) ASSERT_TRUE(buffer.add(0, Color(0x1p-40f)));
   ASSERT_TRUE(buffer.add(0, Color(-0x1p30f)));
@@ -75,7 +75,7 @@ TEST(SplatBuffer, keeps_small_values_beside_large_ones) {
 }
 
 TEST(SplatBuffer, refuses_what_is_not_finite_or_out_of_range_and_stays_as_it_was) {
-  SplatBuffer buffer(1, 1.0);
+  SplatBuffer buffer(1, 1, 1.0);
   ASSERT_TRUE(buffer.add(0, Color(1.0f, 2.0f, 3.0f)));
   const float bad[] = {k_infinity, -k_infinity, std::numeric_limits<float>::quiet_NaN(), 0x1p48f, -1e38f};
   for (const float value : bad)
@@ -90,7 +90,7 @@ TEST(SplatBuffer, refuses_what_is_not_finite_or_out_of_range_and_stays_as_it_was
 
 TEST(SplatBuffer, a_unit_that_is_no_radiance_counts_as_one) {
   for (const double unit : {0.0, -1.0, std::numeric_limits<double>::infinity(), std::nan("")}) {
-    SplatBuffer buffer(1, unit);
+    SplatBuffer buffer(1, 1, unit);
     ASSERT_TRUE(buffer.add(0, Color(0.75f)));
     EXPECT_EQ(buffer.sum(0, 2), 0.75);
   }

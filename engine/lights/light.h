@@ -14,6 +14,9 @@ namespace lambent {
 
 enum class LightKind : uint8_t { point, spot, sun, area, triangle, environment };
 
+/// What light comes from, for passes.
+enum class LightSource : uint8_t { lamp, surface, background };
+
 /// Index of a light in a LightSet. Analytic lights have the number that LightSetBuilder::add returned; triangles and
 /// the environment come after them.
 using LightIndex = uint32_t;
@@ -30,6 +33,7 @@ struct LightTraits {
   /// False ("multiple importance" off): no ray hits it, not even from the camera; its MIS weight when sampled is 1.
   bool hit_by_rays = true;
   int max_bounces = 1024;  ///< deeper paths do not see it
+  uint16_t group = 0;      ///< the caller's number of its light group; 0: in none
   /// False: no walk starts at it, because what it sends depends on the path that meets it (Light Path node, hidden from
   /// some kinds of ray) or passes through everything (no shadows). Camera walks alone find it.
   bool starts_walks = true;

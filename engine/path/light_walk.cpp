@@ -1,8 +1,10 @@
 #include "engine/path/light_walk.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
+#include "engine/base/hash.h"
 #include "engine/path/surface.h"
 #include "engine/sampling/dimension.h"
 #include "engine/shading/closures.h"
@@ -202,7 +204,11 @@ void LightWalk::trace(const Sampler& sampler, float time) {
     // Limits.
     if (depth >= 2) counts.add(sampled.event);
     if (!counts.within(settings_) || depth >= settings_.max_vertices) return;
-    events = events << 4 | (sampled.event & 15u);
+    uint8_t event = sampled.event;
+    if (settings_.events_by_share && !(event & k_scatter_delta))
+      event = event_by_share(vertex.bsdf, sampled.wo_world, vertex.wi_world,
+                             unit_float(hash_combine(std::bit_cast<uint32_t>(sampled.wo_world.x), event_index)));
+    events = events << 4 | (event & 15u);
 
     throughput *= weight;
     relative *= max_component(abs(weight));

@@ -73,6 +73,7 @@ Vec3 unpack_direction(uint32_t bits) {
 void PhotonBatch::clear() {
   photons.clear();
   records.clear();
+  events.clear();
 }
 
 void PhotonBatch::add(const LightWalk& walk, int first) {
@@ -86,6 +87,7 @@ void PhotonBatch::add(const LightWalk& walk, int first) {
   light.light = walk.light();
   light.flags = walk.can_be_hit() ? k_record_can_be_hit : 0;
   records.push_back(light);
+  if (keep_events) events.push_back(0);
   const uint16_t limited = walk.traits().max_bounces < k_many_bounces ? k_record_limited : 0;
   const auto saturated = [](int count) { return static_cast<uint8_t>(std::min(count, 255)); };
   for (int i = 0; i < walk.size(); ++i) {
@@ -105,6 +107,7 @@ void PhotonBatch::add(const LightWalk& walk, int first) {
       photons.push_back({vertex.surface.p_world, pack_direction(vertex.wi_world), PackedColor::of(vertex.throughput),
                          pack_direction(vertex.ng_world), static_cast<uint32_t>(records.size())});
     records.push_back(record);
+    if (keep_events) events.push_back(vertex.events);
   }
 }
 

@@ -55,8 +55,10 @@ inline constexpr uint16_t k_record_limited = 4;      ///< the light's max_bounce
 
 /// Photons and records of some walks, in their order.
 struct PhotonBatch {
+  bool keep_events = false;  ///< for passes that ask for the sequence of events
   std::vector<Photon> photons;
   std::vector<PhotonRecord> records;
+  std::vector<uint64_t> events;  ///< LightVertex::events by record; empty unless they are kept
 
   void clear();
   /// Takes over a walk's vertices; photons are made of those at depth `first` or more that scatter with a density.

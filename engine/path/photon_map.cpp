@@ -20,7 +20,7 @@ uint32_t PhotonMap::bucket_of(const Cell& cell) const {
 
 size_t PhotonMap::bytes() const {
   return photons_.capacity() * sizeof(Photon) + records_.capacity() * sizeof(PhotonRecord) +
-         starts_.capacity() * sizeof(uint32_t);
+         events_.capacity() * sizeof(uint64_t) + starts_.capacity() * sizeof(uint32_t);
 }
 
 void PhotonMap::build(std::span<PhotonBatch* const> batches, float cell_m, const Bounds3& bounds, uint64_t paths,
@@ -44,6 +44,8 @@ void PhotonMap::build(std::span<PhotonBatch* const> batches, float cell_m, const
   bucket_mask_ = buckets - 1;
   photons_.resize(photons);
   records_.resize(records);
+  const bool keep_events = !batches.empty() && batches[0]->keep_events;
+  events_.resize(keep_events ? records : 0);
   starts_.assign(size_t(buckets) + 1, 0);
 
   const auto count_of = [&](uint32_t bucket) { return std::atomic_ref<uint32_t>(starts_[bucket + 1]); };
@@ -51,6 +53,7 @@ void PhotonMap::build(std::span<PhotonBatch* const> batches, float cell_m, const
     tbb::parallel_for(size_t{0}, batches.size(), [&](size_t b) {
       if (cancel.cancelled()) return;
       std::copy(batches[b]->records.begin(), batches[b]->records.end(), records_.begin() + first_record[b]);
+      if (keep_events) std::copy(batches[b]->events.begin(), batches[b]->events.end(), events_.begin() + first_record[b]);
       for (const Photon& photon : batches[b]->photons)
         count_of(bucket_of(cell_of(photon.p_world))).fetch_add(1, std::memory_order_relaxed);
     });

@@ -27,6 +27,8 @@ class PhotonMap {
   uint64_t paths() const { return paths_; }
   size_t bytes() const;
   const PhotonRecord& record(uint32_t index) const { return records_[index]; }
+  /// LightVertex::events of a record; 0 unless the batches kept them.
+  uint64_t events(uint32_t record) const { return events_.empty() ? 0 : events_[record]; }
 
   /// Calls visit(const Photon&, float scale) for photons nearer to p than `radius`. Where more than `most` candidates
   /// lie in the cells around, every k-th from a place given by `u` in [0, 1) is looked at, scale being k: the expected
@@ -78,6 +80,7 @@ class PhotonMap {
   std::vector<Photon> photons_;   ///< by bucket
   std::vector<uint32_t> starts_;  ///< by bucket, one more
   std::vector<PhotonRecord> records_;
+  std::vector<uint64_t> events_;
   Vec3 origin_{0.0f};
   float per_cell_ = 1.0f;
   uint32_t bucket_mask_ = 0;

@@ -71,6 +71,7 @@ ShaderGraph shader_graph(const description::Graph& graph) {
   result.surface = graph_link(graph.surface);
   result.displacement = graph_link(graph.displacement);
   result.volume = graph_link(graph.volume);
+  result.aovs = graph.aovs;
   return result;
 }
 

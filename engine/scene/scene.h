@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "engine/assets/texture_system.h"
@@ -21,7 +22,13 @@ struct SurfaceBinding {
   std::shared_ptr<const Program> program;
   std::array<int16_t, k_max_attributes> attributes{};  ///< by request: index of the mesh's attribute; -1: none
   uint32_t material_pass_index = 0;
+  float material_id = 0.0f;       ///< name_id of the material, if some pass asks for it
   bool samples_emission = false;  ///< its triangles are in the LightSet
+};
+
+/// What passes ask of an object: name_id of it and of its asset.
+struct ObjectIds {
+  float object = 0.0f, asset = 0.0f;
 };
 
 /// What shading needs to know about an instance. 24 bytes.
@@ -31,7 +38,10 @@ struct InstanceShading {
   uint32_t random_id = 0;
   uint32_t object_index = 0;
   uint32_t object_pass_index = 0;
+  uint16_t light_group = 0;  ///< of what its surfaces emit
+  bool holdout = false;      ///< the camera sees a hole there
 };
+static_assert(sizeof(InstanceShading) == 24);
 
 /// Extent of a pixel along a ray: width_m + spread * t (ray cones, Akenine-Möller et al. 2019).
 struct RayCone {
@@ -57,6 +67,14 @@ class Scene {
   const LightSet& lights() const { return *lights_; }
   const TextureSystem* textures() const { return textures_.get(); }
   const SceneProfile& profile() const { return profile_; }
+  const ViewSpace& view() const { return view_; }
+  const InstanceShading& instance(uint32_t instance) const { return instances_[instance]; }
+  /// By object_index; empty unless the settings ask for passes of ids.
+  const ObjectIds& ids(uint32_t object_index) const { return object_ids_[object_index]; }
+  /// Names of the light groups: number n of LightTraits::group is the n-th, counted from 1.
+  const std::vector<std::string>& light_groups() const { return light_groups_; }
+  /// Programs of the surfaces, each perhaps several times.
+  const std::vector<SurfaceBinding>& bindings() const { return bindings_; }
   /// The user's world position is p_world + origin_shift.
   const Vec3d& origin_shift() const { return origin_shift_; }
   SceneStatistics statistics() const;
@@ -97,6 +115,12 @@ class Scene {
   }
   /// The same for a ray that leaves a light: along it for radiance, else of EmissionSample's measure.
   Color emitted_radiance(const EmissionSample& emission) const;
+  LightSource source_of(LightIndex light) const {
+    const LightKind kind = lights_->kind(light);
+    return kind == LightKind::triangle      ? LightSource::surface
+           : kind == LightKind::environment ? LightSource::background
+                                            : LightSource::lamp;
+  }
   /// Light of the emissive triangle at a hit; k_no_light if it is not sampled.
   LightIndex light_at(const SurfaceHit& hit) const { return lights_->find_triangle(hit.instance, hit.primitive); }
 
@@ -117,6 +141,8 @@ class Scene {
   std::vector<SurfaceBinding> bindings_;
   std::vector<Vec4> object_values_;  ///< what bindings' requests of kind object read
   std::vector<Vec4> object_colors_;  ///< by object_index
+  std::vector<ObjectIds> object_ids_;  ///< by object_index
+  std::vector<std::string> light_groups_;
   ViewSpace view_;                   ///< of camera_
   std::shared_ptr<const LightSet> lights_;
   struct LampProgram {

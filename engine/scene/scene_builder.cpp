@@ -12,6 +12,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "engine/base/name_id.h"
 #include "engine/scene/convert.h"
 #include "engine/scene/scene_builder_state.h"
 
@@ -201,8 +202,10 @@ uint32_t SceneBuilder::State::bind_materials(Build& build, const description::Ob
     binding.program = given ? material(build, *object.materials[slot], object.name) : default_material();
     if (given) {
       const auto found = build.description.materials.find(*object.materials[slot]);
-      if (found != build.description.materials.end())
+      if (found != build.description.materials.end()) {
         binding.material_pass_index = static_cast<uint32_t>(found->second->pass_index);
+        if (build.ids) binding.material_id = name_id(found->second->name);
+      }
     }
     const std::span<const AttributeRequest> requests = binding.program->attribute_requests();
     binding.attributes.fill(-1);
@@ -243,6 +246,17 @@ uint32_t SceneBuilder::State::bind_materials(Build& build, const description::Ob
   return first;
 }
 
+uint16_t SceneBuilder::State::light_group(Build& build, const std::string& name) {
+  if (name.empty()) return 0;
+  std::vector<std::string>& groups = build.scene->light_groups_;
+  auto found = std::find(groups.begin(), groups.end(), name);
+  if (found == groups.end()) {
+    if (groups.size() >= std::numeric_limits<uint16_t>::max()) return 0;
+    found = groups.insert(found, name);
+  }
+  return static_cast<uint16_t>(found - groups.begin() + 1);
+}
+
 /// Shading records for the instances, in Geometry's order.
 void SceneBuilder::State::add_instances(Build& build) {
   Scene& scene = *build.scene;
@@ -251,6 +265,11 @@ void SceneBuilder::State::add_instances(Build& build) {
     const auto& [object, number] = build.mesh_objects[i];
     if (scene.object_colors_.size() <= number) scene.object_colors_.resize(number + 1, Vec4(1.0f));
     scene.object_colors_[number] = {object->color[0], object->color[1], object->color[2], object->color[3]};
+    if (build.ids) {
+      if (scene.object_ids_.size() <= number) scene.object_ids_.resize(number + 1);
+      scene.object_ids_[number] = {name_id(object->name), name_id(object->asset.empty() ? object->name : object->asset)};
+    }
+    const uint16_t group = light_group(build, object->light_group);
     const uint32_t first_binding = build.first_bindings[i];
     const uint32_t end = i + 1 < build.first_bindings.size() ? build.first_bindings[i + 1]
                                                              : static_cast<uint32_t>(scene.bindings_.size());
@@ -265,6 +284,8 @@ void SceneBuilder::State::add_instances(Build& build) {
       shading.random_id = k < random_ids.size() ? random_ids[k] : 0;
       shading.object_index = number;
       shading.object_pass_index = static_cast<uint32_t>(object->pass_index);
+      shading.light_group = group;
+      shading.holdout = object->holdout;
     }
   }
 }
@@ -303,7 +324,8 @@ Result<std::shared_ptr<const Scene>> SceneBuilder::build(const SceneDescription&
   // A first camera, to have a Scene to fill; it is made again once the origin shift is known.
   Result<Camera> first_camera = Camera::create(camera_spec(*camera->second, settings, Vec3d(0.0)));
   if (!first_camera) return Error{first_camera.error()};
-  State::Build build{description, cancel, report, std::shared_ptr<Scene>(new Scene(*first_camera)), {}, {}, {}};
+  State::Build build{description, cancel, report, std::shared_ptr<Scene>(new Scene(*first_camera)), {}, {}, {}, false};
+  for (const description::Pass& pass : settings.passes) build.ids = build.ids || pass.kind.starts_with("cryptomatte");
   build.scene->textures_ = state.textures;
 
   state.load_images(build);

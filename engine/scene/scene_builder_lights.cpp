@@ -50,6 +50,7 @@ void SceneBuilder::State::add_lamps(Build& build, LightSetBuilder& set) {
     lamp.traits.shadows = light.shadows;
     lamp.traits.hit_by_rays = light.multiple_importance;
     lamp.traits.max_bounces = light.max_bounces;
+    lamp.traits.group = light_group(build, object->light_group.empty() ? light.light_group : object->light_group);
 
     std::shared_ptr<const Program> program;
     if (light.graph) {
@@ -107,6 +108,7 @@ void SceneBuilder::State::add_emissive_meshes(Build& build, LightSetBuilder& set
       scene.subtracts_light_ |= traits.emits_negative;
       emission.traits.program = !traits.constant_emission;
       emission.traits.hidden_from = ~object.visibility & k_visible_all;
+      emission.traits.group = scene.instances_[first_instance].light_group;
       emission.traits.starts_walks =
           (traits.constant_emission || !traits.path_dependent) && !(emission.traits.hidden_from & k_visible_scattered);
       emissions[slot] = set.add_emission(emission);
@@ -163,6 +165,7 @@ void SceneBuilder::State::add_world(Build& build, LightSetBuilder& set) {
     light.traits.starts_walks = !program->traits().path_dependent;
   }
   light.traits.hidden_from = ~visibility_mask(found->second->visibility) & k_visible_all;
+  light.traits.group = light_group(build, found->second->light_group);
   light.traits.starts_walks &= !(light.traits.hidden_from & k_visible_scattered);
   set.set_environment(std::move(light));
 }

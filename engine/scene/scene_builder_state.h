@@ -63,6 +63,7 @@ struct SceneBuilder::State {
     std::vector<std::pair<const description::Object*, uint32_t>> mesh_objects;  ///< and number among all objects
     std::vector<GeometryObject> geometry_objects;
     std::vector<uint32_t> first_bindings;  ///< by geometry object
+    bool ids = false;                      ///< some pass asks for ids of names
   };
 
   void prepare_textures(const SceneDescription& description);
@@ -74,6 +75,8 @@ struct SceneBuilder::State {
   void place_objects(Build& build);
   uint32_t bind_materials(Build& build, const description::Object& object, const TriangleMesh& mesh);
   void add_instances(Build& build);
+  /// Number of a light group, new ones included; 0 for no name.
+  static uint16_t light_group(Build& build, const std::string& name);
   void build_lights(Build& build);
   void add_lamps(Build& build, LightSetBuilder& lights);
   void add_emissive_meshes(Build& build, LightSetBuilder& lights);

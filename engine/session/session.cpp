@@ -1,5 +1,6 @@
 #include "engine/session/session.h"
 
+#include <algorithm>
 #include <condition_variable>
 #include <exception>
 #include <future>
@@ -11,7 +12,9 @@
 #include "engine/base/log.h"
 #include "engine/base/memory.h"
 #include "engine/integrators/integrator.h"
+#include "engine/integrators/passes.h"
 #include "engine/scene/scene_builder.h"
+#include "engine/session/cryptomatte.h"
 #include "engine/session/render.h"
 #include "engine/session/worker_pool.h"
 
@@ -64,8 +67,28 @@ IntegratorSettings integrator_settings(const description::Settings& settings, co
   return result;
 }
 
-FilmSettings film_settings(const description::Settings& settings, const Scene& scene) {
+std::shared_ptr<const PassPlan> pass_plan(const description::Settings& settings, const Scene& scene, Report& report) {
+  if (settings.passes.empty()) return nullptr;
+  std::vector<PassRequest> requests;
+  for (const description::Pass& pass : settings.passes) requests.push_back({pass.name, pass.kind, pass.argument});
+  PassSettings options;
+  options.mist_start_m = settings.mist.start_m;
+  options.mist_depth_m = settings.mist.depth_m;
+  options.mist_exponent = settings.mist.falloff == description::MistFalloff::linear      ? 1.0f
+                          : settings.mist.falloff == description::MistFalloff::quadratic ? 2.0f
+                                                                                         : 0.5f;
+  options.ambient_occlusion_distance_m = settings.ambient_occlusion_distance_m;
+  options.alpha_threshold = settings.pass_alpha_threshold;
+  options.transparent_bounces = settings.transparent_bounces;
+  options.exposure = settings.exposure;
+  options.seed = settings.seed;
+  return PassPlan::create(requests, scene, options, report);
+}
+
+FilmSettings film_settings(const description::Settings& settings, const Scene& scene, const PassPlan* passes) {
   FilmSettings result;
+  if (passes) result.channels = passes->channels();
+  result.samples_asked = settings.samples;
   result.width = settings.width;
   result.height = settings.height;
   if (settings.region) {
@@ -229,15 +252,18 @@ RenderOutcome Session::State::render(const std::shared_ptr<Run>& run_pointer) {
   const Clock::time_point build_start = Clock::now();
   const std::optional<Result<std::shared_ptr<const Scene>>> built = build(run_pointer, report);
   outcome.statistics.build_s = seconds_since(build_start);
+  std::shared_ptr<const PassPlan> passes;
+  if (built && *built) passes = pass_plan(settings, ***built, report);
   if (events.report && !of.cancel.cancelled()) events.report(of.epoch, report);
   if (!built) return fail({});
   const Result<std::shared_ptr<const Scene>>& scene = *built;
   if (!scene) return fail(scene.error());
 
-  Result<std::shared_ptr<Film>> film = Film::create(film_settings(settings, **scene));
+  Result<std::shared_ptr<Film>> film = Film::create(film_settings(settings, **scene, passes.get()));
   if (!film) return fail(film.error());
   IntegratorSettings integrator_options = integrator_settings(settings, **scene);
   integrator_options.observer = of.observer;
+  integrator_options.passes = passes;
   Result<std::unique_ptr<Integrator>> integrator = make_integrator(settings.integrator, *scene, integrator_options);
   if (!integrator) return fail(integrator.error());
   if (!checkpoint_to_load.empty()) {
@@ -344,7 +370,7 @@ Progress Session::progress() const {
   return progress;
 }
 
-std::vector<TileSnapshot> Session::take_tiles(size_t limit) {
+std::vector<TileSnapshot> Session::take_tiles(size_t limit, const std::vector<std::string>& names) {
   std::vector<TileSnapshot> tiles;
   const std::shared_ptr<Run> run = state_->current();
   if (!run) return tiles;
@@ -359,10 +385,19 @@ std::vector<TileSnapshot> Session::take_tiles(size_t limit) {
     run->tiles_told = false;
     if (film) dirty = film->take_dirty(limit);
   }
+  if (!film) return tiles;
+  std::vector<bool> wanted;
+  std::vector<Channel> channels = film->channels();
+  if (!names.empty() && !complete) {
+    for (const Channel& channel : channels)
+      wanted.push_back(std::find(names.begin(), names.end(), channel.name) != names.end());
+    std::erase_if(channels, [&](const Channel& channel) {
+      return std::find(names.begin(), names.end(), channel.name) == names.end();
+    });
+  }
   for (const int index : dirty) {
-    FilmTile tile = film->tile(index);
-    tiles.push_back(
-        {run->epoch, tile.rectangle, tile.samples, complete, film->settings().channels, std::move(tile.pixels)});
+    FilmTile tile = film->tile(index, wanted);
+    tiles.push_back({run->epoch, tile.rectangle, tile.samples, complete, channels, std::move(tile.pixels)});
   }
   return tiles;
 }
@@ -381,7 +416,7 @@ Picture Session::picture() const {
   picture.width = settings.width;
   picture.height = settings.height;
   picture.rendered = film->region();
-  picture.channels = settings.channels;
+  picture.channels = film->channels();
   const std::vector<float> region = film->pixels();
   if (picture.rendered == Rectangle{0, 0, settings.width, settings.height}) {
     picture.pixels = region;
@@ -394,6 +429,7 @@ Picture Session::picture() const {
                                   film->components()]);
   }
   picture.metadata = run->scene.settings->metadata;
+  add_cryptomatte_metadata(run->scene, picture.metadata);
   return picture;
 }
 
@@ -416,5 +452,6 @@ Status Session::load_checkpoint(const std::string& path) {
 std::shared_ptr<Engine> Engine::create(const EngineOptions& options) { return std::make_shared<PooledEngine>(options); }
 
 std::vector<std::string> available_integrators() { return integrator_names(); }
+std::vector<std::string> available_passes() { return pass_kind_names(); }
 
 }  // namespace lambent

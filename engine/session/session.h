@@ -108,7 +108,8 @@ class Session {
 
   Progress progress() const;
   /// Dirty tiles, oldest first, at most `limit`; each tile's newest pixels only.
-  std::vector<TileSnapshot> take_tiles(size_t limit);
+  /// @param channels names of what tiles that are not final hold; empty: everything, as final ones do
+  std::vector<TileSnapshot> take_tiles(size_t limit, const std::vector<std::string>& channels = {});
   /// The whole picture so far (as of the newest finished tiles).
   Picture picture() const;
   /// Saves / restores the accumulated samples of the current render, so that it continues bit-identically.
@@ -136,6 +137,8 @@ class Engine {
 
 /// Names that `settings.integrator` may have.
 std::vector<std::string> available_integrators();
+/// Kinds of passes that `settings.passes` may ask for besides the combined one.
+std::vector<std::string> available_passes();
 /// Node types that materials may use; others get a stand-in and a message. Defined by shading/.
 std::vector<std::string> supported_node_types();
 

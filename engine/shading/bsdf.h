@@ -51,6 +51,21 @@ struct EventShares {
   float diffuse_transmission = 0.0f;  ///< the part of transmission that translucent lobes have
 };
 
+/// Classes of lobes that passes keep apart, as Cycles does: translucent lobes count as diffuse.
+enum class LobeClass : uint8_t { diffuse, glossy, transmission };
+inline constexpr int k_lobe_classes = 3;
+
+/// What part of f each class of lobes has, per colour channel, indexed by LobeClass. Sums to 1, or all are 0.
+struct ClassShares {
+  Color of[k_lobe_classes] = {Color(0.0f), Color(0.0f), Color(0.0f)};
+
+  static ClassShares all_of(LobeClass one) {
+    ClassShares result;
+    result.of[static_cast<int>(one)] = Color(1.0f);
+    return result;
+  }
+};
+
 inline constexpr int k_max_lobes = 12;
 
 /// The lobes of one shading point: class Bsdf in bsdf_set.h; the kinds of lobe and their parameters: lobe.h.

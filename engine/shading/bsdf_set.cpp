@@ -8,7 +8,6 @@ namespace {
 // Weights below this are dropped, as in Cycles (CLOSURE_WEIGHT_CUTOFF).
 constexpr float k_weight_cutoff = 1e-5f;
 
-float average(const Color& c) { return (c.x + c.y + c.z) * (1.0f / 3.0f); }
 
 // Finite and not negative; `changed` is set if it was not.
 float sane(float x, float low, float high, float otherwise) {
@@ -371,6 +370,43 @@ EventShares Bsdf::event_shares(const Vec3& wi_world, const Vec3& wo_world) const
   result.transmission /= total;
   result.diffuse_transmission /= total;
   return result;
+}
+
+ClassShares Bsdf::class_shares(const Vec3& wi_world, const Vec3& wo_world) const {
+  ClassShares result;
+  Color total(0.0f);
+  for (int i = 0; i < count_; ++i) {
+    const Lobe& lobe = lobes_[i];
+    if (is_delta(lobe)) continue;
+    const Color f =
+        eval_term(lobe, ng_world_, ns_world_, wi_world, wo_world, Transport::radiance, /*reverse=*/false).f_cos;
+    const bool transmitted = dot(lobe.n, wi_world) * dot(lobe.n, wo_world) < 0.0f;
+    result.of[static_cast<int>(class_of(lobe.kind, transmitted))] += f;
+    total += f;
+  }
+  for (Color& share : result.of)
+    for (int k = 0; k < 3; ++k) {
+      const float part = share[k] / total[k];
+      share[k] = std::isfinite(part) ? part : 0.0f;
+    }
+  return result;
+}
+
+Color Bsdf::class_albedo(LobeClass lobe_class, const Vec3& wi_world) const {
+  Color sum(0.0f);
+  for (int i = 0; i < count_; ++i) {
+    const Lobe& lobe = lobes_[i];
+    if (lobe.kind == LobeKind::transparent) continue;
+    const float cos_view = dot(lobe.n, wi_world);
+    if (lobe.kind == LobeKind::glass && lobe_class != LobeClass::diffuse) {
+      const float reflected = fresnel_dielectric(std::fabs(cos_view), cos_view > 0.0f ? lobe.eta : 1.0f / lobe.eta);
+      sum += lobe.weight * (lobe_class == LobeClass::glossy ? lobe.f0 * reflected : lobe.f90 * (1.0f - reflected));
+    } else if (class_of(lobe.kind, lobe.kind == LobeKind::refraction || lobe.kind == LobeKind::hair_transmission) ==
+               lobe_class) {
+      sum += lobe.weight * lobe_albedo(lobe, cos_view);
+    }
+  }
+  return sum;
 }
 
 Color Bsdf::albedo(const Vec3& wi_world) const {

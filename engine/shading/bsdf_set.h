@@ -61,6 +61,11 @@ class Bsdf {
   /// Of eval()'s pdf_solid_angle for a pair: what part diffuse, glossy and transmitting lobes have. For limits by kind.
   EventShares event_shares(const Vec3& wi_world, const Vec3& wo_world) const;
 
+  /// Of eval()'s f_cos for a pair: what part each class of lobes has. For passes.
+  ClassShares class_shares(const Vec3& wi_world, const Vec3& wo_world) const;
+  /// Estimate of the directional albedo of one class of lobes towards wi.
+  Color class_albedo(LobeClass lobe_class, const Vec3& wi_world) const;
+
   /// A lobe has a density, so that next-event estimation is worth a ray.
   bool has_non_delta() const { return has_non_delta_; }
   /// Some lobe scatters or transmits.

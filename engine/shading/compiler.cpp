@@ -346,8 +346,24 @@ void Compiler::add_closure(ClosureUse use, const Value& weight, const std::vecto
   program_->traits.scatters |= !transparent && program_->closures.back().kind != ClosureKind::emission;
 }
 
-// --- The whole
-// ---------------------------------------------------------------------------------------------------------
+bool Compiler::add_aov(int index) {
+  AovCode& aov = program_->aovs.emplace_back();
+  aov.name = text(index, "aov", "");
+  const Value color = this->color(index, "Color", Color(0.0f), 0);
+  const Value value = number(index, "Value", 0.0f, 0);
+  const auto generate = [&](const Value& r, const Value& g, const Value& b, Code& code) {
+    ClosureUse use;
+    use.kind = ClosureKind::emission;
+    use.parameter_count = 3;
+    const auto closure = static_cast<uint32_t>(program_->closures.size());
+    program_->closures.push_back(use);
+    return expressions_.generate({{closure, {expressions_.number(1.0f), r, g, b}}}, code);
+  };
+  const auto channel = [&](int k) { return expressions_.part(color, k, 1); };
+  return generate(channel(0), channel(1), channel(2), aov.color) && generate(value, value, value, aov.value);
+}
+
+// --- The whole -----------------------------------------------------------------------------------------------------
 
 std::shared_ptr<const Program> Compiler::compile() {
   if (graph_.volume) {
@@ -371,6 +387,11 @@ std::shared_ptr<const Program> Compiler::compile() {
     }
   }
   if (graph_.surface) add_closures(*graph_.surface, expressions_.number(1.0f));
+  for (const int index : graph_.aovs)
+    if (!add_aov(index)) {
+      program_->aovs.pop_back();
+      warn_unsupported(index, "what leads to it is too large, so that its passes stay black");
+    }
   return finish();
 }
 

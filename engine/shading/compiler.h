@@ -85,6 +85,8 @@ class Compiler {
                    const std::vector<Value>& parameters);
 
  private:
+  /// Adds what an AOV output node shows; false if it takes too many registers.
+  bool add_aov(int node);
   const GraphValue* find_input(int node, const char* socket) const;
   /// x, or `otherwise` with a message if x is NaN or infinite.
   float finite(int node, const char* socket, float x, float otherwise);

@@ -38,6 +38,7 @@ struct GraphNode {
 struct ShaderGraph {
   std::vector<GraphNode> nodes;
   std::optional<GraphLink> surface, displacement, volume;
+  std::vector<int> aovs;  ///< nodes of type OutputAOV
 };
 
 /// Texture of an image id; null if there is no such image (reported by the compiler, pink).

@@ -31,6 +31,10 @@ inline bool is_delta(const Lobe& lobe) {
          (is_microfacet(lobe.kind) && lobe.alpha_x * lobe.alpha_y <= k_delta_alpha * k_delta_alpha);
 }
 inline bool is_diffuse(LobeKind kind) { return kind <= LobeKind::translucent; }
+/// The class that passes count a lobe in, for a pair of directions that it transmits or reflects.
+inline LobeClass class_of(LobeKind kind, bool transmitted) {
+  return is_diffuse(kind) ? LobeClass::diffuse : transmitted ? LobeClass::transmission : LobeClass::glossy;
+}
 inline Frame lobe_frame(const Lobe& lobe) {
   return length_squared(lobe.tangent) > 0.0f ? Frame::from_normal_and_tangent(lobe.n, lobe.tangent)
                                              : Frame::from_normal(lobe.n);

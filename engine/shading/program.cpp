@@ -160,10 +160,23 @@ Color Program::emission(const ShadingPoint& point, const TextureSystem* textures
   return sum_code(*data_, data_->emission, point, textures);
 }
 
+int Program::find_aov(std::string_view name) const {
+  for (size_t i = 0; i < data_->aovs.size(); ++i)
+    if (data_->aovs[i].name == name) return static_cast<int>(i);
+  return -1;
+}
+
+Color Program::aov(int index, bool number, const ShadingPoint& point, const TextureSystem* textures) const {
+  const AovCode& aov = data_->aovs[static_cast<size_t>(index)];
+  return sum_code(*data_, number ? aov.value : aov.color, point, textures);
+}
+
 size_t Program::bytes() const {
   size_t sum = sizeof(*this) + sizeof(ProgramData);
   for (const Code* code : {&data_->surface, &data_->transparency, &data_->emission})
     sum += code->instructions.capacity() * sizeof(Instruction);
+  for (const AovCode& aov : data_->aovs)
+    sum += (aov.color.instructions.capacity() + aov.value.instructions.capacity()) * sizeof(Instruction);
   sum += data_->operands.capacity() * sizeof(Operand) + data_->constants.capacity() * sizeof(float);
   sum += data_->textures.capacity() * sizeof(TextureUse) + data_->closures.capacity() * sizeof(ClosureUse);
   for (const std::vector<float>& table : data_->tables) sum += table.capacity() * sizeof(float);

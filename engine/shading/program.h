@@ -4,6 +4,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "engine/base/report.h"
@@ -55,6 +56,11 @@ class Program {
   Color transparency(const ShadingPoint& point, const TextureSystem* textures) const;
   /// Radiance towards wi_world. Also worlds (Background; wi_world = minus the ray's direction) and lights.
   Color emission(const ShadingPoint& point, const TextureSystem* textures) const;
+
+  /// The AOV of that name that the graph writes: its number, -1 if there is none.
+  int find_aov(std::string_view name) const;
+  /// Value of AOV number `index`: its colour, or its number three times.
+  Color aov(int index, bool number, const ShadingPoint& point, const TextureSystem* textures) const;
 
   /// For the compiler, before the program is shared.
   void set_emission_estimate(const Color& mean_radiance) { traits_.emission = mean_radiance; }

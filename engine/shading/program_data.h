@@ -241,9 +241,16 @@ struct Code {
   int register_floats = 0;
 };
 
+/// What one AOV output node gives: sums of emission closures, since that is what a colour by itself is.
+struct AovCode {
+  std::string name;
+  Code color, value;
+};
+
 class ProgramData {
  public:
   Code surface, transparency, emission;
+  std::vector<AovCode> aovs;
   bool world = false;
   std::vector<Operand> operands;
   std::vector<float> constants;

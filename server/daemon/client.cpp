@@ -118,7 +118,7 @@ void Client::handle(protocol::ClientMessage message, IncomingMessage raw) {
     runner_->add_credit(credit->tiles);
   } else if (const auto* render = std::get_if<protocol::RenderStart>(&message)) {
     if (runner_->queued() < k_queued_limit)
-      runner_->start_render(render->epoch);
+      runner_->start_render(*render);
     else
       fail("limit", "Too many messages are queued.");
   } else if (std::holds_alternative<protocol::Bye>(message)) {

@@ -35,6 +35,7 @@ Daemon::Daemon(const DaemonOptions& options)
   context_.budget = MemoryBudget::create(std::max(memory / 4 * 3, limits.session_bytes));
   context_.capabilities.integrators = available_integrators();
   context_.capabilities.node_types = supported_node_types();
+  context_.capabilities.passes = available_passes();
   context_.engine = Engine::create({options.threads, options.texture_cache_bytes});
 
   context_.next_session = [this] { return ++sessions_; };

@@ -55,7 +55,8 @@ size_t SessionRunner::queued() const {
   return queue_.size();
 }
 
-void SessionRunner::start_render(int64_t epoch) {
+void SessionRunner::start_render(const protocol::RenderStart& start) {
+  const int64_t epoch = start.epoch;
   if (epoch <= newest_start_) {
     if (const auto output = output_.lock())
       output->send(message_of(protocol::error(
@@ -67,7 +68,7 @@ void SessionRunner::start_render(int64_t epoch) {
   }
   newest_start_ = epoch;
   queued_starts_.insert(epoch);
-  enqueue({protocol::ClientMessage(protocol::RenderStart{epoch}), nullptr, nullptr, {}});
+  enqueue({protocol::ClientMessage(start), nullptr, nullptr, {}});
 }
 
 void SessionRunner::cancel(int64_t epoch) {
@@ -123,9 +124,11 @@ bool SessionRunner::send_tiles() {
   const auto output = output_.lock();
   if (!output) return false;
   int64_t epoch = -1;
+  std::vector<std::string> stream;
   {
     const std::lock_guard lock(epochs_mutex_);
     epoch = started_epoch_;
+    stream = stream_;
   }
   for (;;) {
     while (!held_tiles_.empty() && (credits_ > 0 || held_tiles_.front().epoch < epoch)) {
@@ -139,7 +142,7 @@ bool SessionRunner::send_tiles() {
     // Without credit one tile is taken only to learn whether the end of the render may be told.
     if (credits_ == 0 && outcomes_.empty()) return false;
     const size_t limit = static_cast<size_t>(std::clamp<int64_t>(credits_, 1, k_tiles_at_once));
-    std::vector<TileSnapshot> tiles = session_->take_tiles(limit);
+    std::vector<TileSnapshot> tiles = session_->take_tiles(limit, stream);
     if (tiles.empty()) return true;
     std::move(tiles.begin(), tiles.end(), std::back_inserter(held_tiles_));
   }

@@ -55,7 +55,7 @@ class SessionRunner : public std::enable_shared_from_this<SessionRunner> {
   void enqueue(Work work);
   /// Queued work, to be limited by the caller.
   size_t queued() const;
-  void start_render(int64_t epoch);
+  void start_render(const protocol::RenderStart& start);
   void cancel(int64_t epoch);
   void add_credit(int64_t tiles);
   /// Sends what may be sent: to be called when tiles, credit or room in the connection's queue became available.
@@ -110,6 +110,7 @@ class SessionRunner : public std::enable_shared_from_this<SessionRunner> {
   // Which renders were started and cancelled; taken inside the gate or alone, never the other way round.
   std::mutex epochs_mutex_;
   int64_t started_epoch_ = -1, cancelled_through_ = -1, finished_epoch_ = -1;
+  std::vector<std::string> stream_;  ///< of the started render: RenderStart::stream
   bool cancel_wanted_ = false;
 
   // Worker's own.

@@ -189,7 +189,10 @@ void SessionRunner::handle(const protocol::RenderStart& start) {
     {
       const std::lock_guard lock(epochs_mutex_);
       started = start.epoch > cancelled_through_;
-      if (started) started_epoch_ = start.epoch;
+      if (started) {
+        started_epoch_ = start.epoch;
+        stream_ = start.stream;
+      }
     }
     if (started) {
       spdlog::info("{}: render {} starts", name_, start.epoch);

@@ -48,6 +48,20 @@ class Members {
     }
     return values;
   }
+  /// A list of strings that may be absent.
+  std::vector<std::string> names(const char* name) {
+    std::vector<std::string> values;
+    const auto json = header_.find(name);
+    if (json == header_.end() || json->is_null()) return values;
+    if (!json->is_array()) fail(name, "is not a list");
+    for (const Json& element : *json) {
+      if (element.is_string())
+        values.push_back(element.get<std::string>());
+      else
+        fail(name, "holds something that is not a string");
+    }
+    return values;
+  }
   const Json* find(const char* name) {
     const auto found = header_.find(name);
     if (found != header_.end()) return &*found;
@@ -114,7 +128,7 @@ std::variant<ClientMessage, MessageError> decode_client_message(Json header) {
   } else if (type == "arrays_query") {
     message = ArraysQuery{members.hashes("hashes")};
   } else if (type == "render_start") {
-    message = RenderStart{members.integer("epoch", 0)};
+    message = RenderStart{members.integer("epoch", 0), members.names("stream")};
   } else if (type == "render_cancel") {
     message = RenderCancel{members.integer("epoch", 0)};
   } else if (type == "tile_credit") {
@@ -147,6 +161,7 @@ Json welcome(const std::string& version, uint64_t session, const std::string& pr
            {{"integrators", capabilities.integrators},
             {"filters", {"BOX", "GAUSSIAN", "BLACKMAN_HARRIS"}},
             {"node_types", capabilities.node_types},
+            {"passes", capabilities.passes},
             {"shared_memory", capabilities.shared_memory},
             {"limits",
              {{"header_bytes", limits.header_bytes},

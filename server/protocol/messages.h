@@ -35,6 +35,7 @@ struct Transaction {
 };
 struct RenderStart {
   int64_t epoch = 0;
+  std::vector<std::string> stream;  ///< channels of tiles that are not final; empty: all
 };
 struct RenderCancel {
   int64_t epoch = 0;
@@ -74,7 +75,7 @@ struct Limits {
 };
 
 struct Capabilities {
-  std::vector<std::string> integrators, node_types;
+  std::vector<std::string> integrators, node_types, passes;
   bool shared_memory = false;
   Limits limits;
 };

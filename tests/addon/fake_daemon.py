@@ -14,6 +14,8 @@ NNNNN.pickle ({"header", "arrays": {hash: (dtype, shape, bytes)}, "session"}); L
   fail     render_done with status failed
   bad_tile a tile outside the frame
   reject   transactions are not accepted
+  extra_channel  as normal, with a channel in the tiles that nobody asked for
+  few_passes, no_passes  as normal, but the welcome announces combined, depth and error only, or says nothing of passes
 or, before any render: mute (accepts and says nothing), old (speaks protocol 99), no_start (exits at once).
 The mode may be changed while running by writing its name to LAMBENT_FAKE_MODE_FILE.
 """
@@ -38,6 +40,17 @@ sys.path.insert(0, os.path.join(ROOT, "blender_addon", "lambent"))
 from wire import messages  # noqa: E402
 
 TILE = 64
+# Components of a channel by its kind; the values are pass_value's.
+COMPONENTS = {
+    **dict.fromkeys(("depth", "mist", "object_index", "material_index", "sample_count", "denoising_depth", "aov_value", "time"), 1),
+    **dict.fromkeys(("combined", "vector", "noisy", "aov_color"), 4),
+    **dict.fromkeys(("cryptomatte_object", "cryptomatte_material", "cryptomatte_asset"), 4),
+    **dict.fromkeys(("position", "normal", "uv", "emission", "environment", "ambient_occlusion", "shadow", "shadow_catcher"), 3),
+    **dict.fromkeys(("denoising_albedo", "denoising_normal", "light_group", "light_path", "error"), 3),
+    **{f"{lobe}_{part}": 3 for lobe in ("diffuse", "glossy", "transmission") for part in ("direct", "indirect", "color")},
+    **{f"{where}_{part}": 3 for where in ("volume", "caustics") for part in ("direct", "indirect")},
+    **{f"technique_{name}": 3 for name in ("unidirectional", "connection", "merging")},
+}
 _record_numbers = itertools.count()
 _session_numbers = itertools.count(1)
 
@@ -59,6 +72,24 @@ def gradient(rect, width, height):
     pixels[..., 2] = 0.5
     pixels[..., 3] = 1.0
     return pixels
+
+
+def channels_of(passes):
+    """[(name, components)] of what settings.passes asks for."""
+    found = []
+    for entry in passes:
+        entry = {"name": entry, "kind": entry} if isinstance(entry, str) else entry
+        components = COMPONENTS[entry["kind"]]
+        if entry["kind"].startswith("cryptomatte_"):
+            found += [(f"{entry['name']}{index:02d}", components) for index in range((entry["argument"] + 1) // 2)]
+        else:
+            found.append((entry["name"], components))
+    return found
+
+
+def pass_value(channel, component):
+    """What a channel that is not the first holds all over: its place among the channels, and the component as tenths."""
+    return channel + component / 10
 
 
 class Session(threading.Thread):
@@ -139,7 +170,7 @@ class Session(threading.Thread):
                 "version": "fake",
                 "session": self.number,
                 "proof": messages.daemon_proof(self.token, nonce, hello["nonce"]),
-                "capabilities": {"integrators": ["PT", "VCM"], "shared_memory": True, "limits": {}},
+                "capabilities": {"integrators": ["PT", "VCM"], "shared_memory": True, "limits": {}, **self.announced_passes()},
             }
         )
         while True:
@@ -150,6 +181,11 @@ class Session(threading.Thread):
             }
             self.record(header, arrays)
             self.handle(header, arrays)
+
+    def announced_passes(self):
+        if mode() == "no_passes":
+            return {}
+        return {"passes": ["combined", "depth", "error"] if mode() == "few_passes" else list(COMPONENTS)}
 
     def record(self, header, arrays):
         directory = os.environ.get("LAMBENT_FAKE_RECORD")
@@ -180,7 +216,7 @@ class Session(threading.Thread):
                 self.credits += header["tiles"]
                 self.changed.notify_all()
         elif kind == "render_start":
-            self.start_render(header["epoch"])
+            self.start_render(header["epoch"], header.get("stream"))
         elif kind == "render_cancel" and self.render is not None:
             with self.changed:
                 self.render["cancelled"] = True
@@ -202,9 +238,9 @@ class Session(threading.Thread):
                 self.values[edit["kind"], edit["id"]] = edit["value"]
         self.send({"type": "transaction_result", "epoch": header["epoch"], "accepted": True, "messages": []})
 
-    def start_render(self, epoch):
+    def start_render(self, epoch, stream):
         chosen = mode()
-        self.render = {"epoch": epoch, "cancelled": False}
+        self.render = {"epoch": epoch, "cancelled": False, "stream": stream}
         if chosen == "crash":
             os.kill(os.getpid(), signal.SIGSEGV)
         elif chosen == "garbage":
@@ -218,8 +254,8 @@ class Session(threading.Thread):
         elif chosen != "hang":
             threading.Thread(target=self.paint, args=(self.render, chosen == "endless"), daemon=True).start()
 
-    def send_tile(self, epoch, rect, pixels, final):
-        channels = [{"name": "combined", "components": 4}]
+    def send_tile(self, epoch, rect, pixels, final, channels=(("combined", 4),)):
+        channels = [{"name": name, "components": components} for name, components in channels]
         header = {"type": "tile", "epoch": epoch, "rect": list(rect), "samples": 1, "final": final, "channels": channels}
         self.send(header, pixels.tobytes())
 
@@ -231,6 +267,8 @@ class Session(threading.Thread):
             (x, y, min(TILE, x1 - x), min(TILE, y1 - y)) for y in range(y0, y1, TILE) for x in range(x0, x1, TILE)
         ]
         total = settings["samples"]
+        everything = channels_of(settings["passes"]) + ([("uninvited", 2)] if mode() == "extra_channel" else [])
+        streamed = [channel for channel in everything if render["stream"] is None or channel[0] in render["stream"]]
         done = 0
         try:
             for sweep in itertools.count():
@@ -256,7 +294,8 @@ class Session(threading.Thread):
                         "active_tiles": [list(rects[done % len(rects)])],
                     }
                     self.send({"type": "progress", "epoch": render["epoch"], **progress})
-                    self.send_tile(render["epoch"], rect, gradient(rect, width, height), final)
+                    channels = everything if final else streamed
+                    self.send_tile(render["epoch"], rect, painted(rect, width, height, everything, channels), final, channels)
                     if endless:
                         time.sleep(0.05)
                 if render["cancelled"] or not endless:
@@ -266,6 +305,19 @@ class Session(threading.Thread):
             self.send({"epoch": render["epoch"], **done_message})
         except OSError:
             pass
+
+
+def painted(rect, width, height, everything, channels):
+    """float32[h][w][all components] of a tile: the gradient in the first of everything, pass_value in the others."""
+    parts = []
+    for name, components in channels:
+        place = everything.index((name, components))
+        if place == 0:
+            parts.append(gradient(rect, width, height))
+        else:
+            values = [pass_value(place, component) for component in range(components)]
+            parts.append(np.broadcast_to(np.array(values, np.float32), (rect[3], rect[2], components)))
+    return np.ascontiguousarray(np.concatenate(parts, axis=2))
 
 
 def array_references(value):

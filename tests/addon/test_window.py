@@ -141,6 +141,38 @@ run(steps)
     assert "Traceback" not in run.output
 
 
+def test_passes_switched_on_under_a_rendered_viewport_leave_it_alone(run_window, tmp_path):
+    run = run_window(
+        """
+ob = quad()
+layer = bpy.context.view_layer
+def view(): return next(area for area in window().screen.areas if area.type == 'VIEW_3D')
+def shade(): view().spaces.active.shading.type = 'RENDERED'
+def switch():
+    layer.use_pass_normal = layer.use_pass_cryptomatte_object = True
+    layer.aovs.add().name = 'tint'
+    layer.lambent.use_pass_error = True
+    bpy.ops.lambent.light_path_add()
+def move(): ob.location.z = 2
+steps = [(1.0, shade), (1.5, switch), (1.0, move), (1.0, lambda: screenshot('view')), (0.1, render_in_window), (3.0, lambda: print('DONE'))]
+run(steps)
+""",
+        mode="normal",
+    )
+    assert "DONE" in run.output and "Traceback" not in run.output
+    assert gradient_pixels(read_screenshot(tmp_path / "view")) > 50_000
+    asked = [
+        (message["session"], edit["value"]["passes"])
+        for message in run.of_type("transaction")
+        for edit in message["header"]["edits"]
+        if edit["op"] == "upsert" and edit["kind"] == "settings"
+    ]
+    viewport = asked[0][0]
+    assert all(passes == ["combined"] for session, passes in asked if session == viewport)
+    final = next(passes for session, passes in asked if session != viewport)
+    assert [entry["kind"] for entry in final[1:]] == ["normal", "cryptomatte_object", "aov_color", "error", "light_path"]
+
+
 def test_a_viewport_without_a_daemon_says_so_and_blender_lives(run_window, tmp_path):
     run = run_window(
         """
@@ -214,6 +246,11 @@ for kind in ('POINT', 'SPOT', 'SUN', 'AREA'): shown.append(add(kind, bpy.data.li
 shown.append(scene.camera)
 scene.cycles.samples = 77
 scene.lambent.integrator, scene.lambent.preview_integrator = 'VPL', 'VCM'
+layer = bpy.context.view_layer
+for name in layer.bl_rna.properties.keys():
+    if name.startswith('use_pass_'): setattr(layer, name, True)
+layer.aovs.add(); layer.lightgroups.add(name='keys'); scene.world.lightgroup = 'unknown'
+for _ in range(2): bpy.ops.lambent.light_path_add()
 report.store(scene.name, [{'severity': 'warning', 'code': 'unsupported', 'object': 'x', 'text': 'x: something'}])
 def properties(): return next(area for area in window().screen.areas if area.type == 'PROPERTIES').spaces.active
 def show(ob, tab):

@@ -10,11 +10,15 @@ import os
 import pathlib
 import re
 import subprocess
+import sys
 import threading
 import time
 
 import numpy
 import OpenImageIO as oiio
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "common"))
+import multilayer
 
 k_root = pathlib.Path(__file__).resolve().parent.parent.parent
 k_render_job = pathlib.Path(__file__).resolve().parent / "render_job.py"
@@ -27,7 +31,8 @@ class BlenderFailed(RuntimeError):
 
 @dataclasses.dataclass
 class Run:
-    """One run of Blender: its pictures float32[seed][height][width][4] (row 0 at the bottom) and what it cost."""
+    """One run of Blender: its pictures float32[seed][height][width][4] (row 0 at the bottom; None of render_layers) and what it
+    cost."""
 
     pictures: numpy.ndarray
     seconds: list  # wall time of each render() call, export and build included
@@ -221,12 +226,41 @@ def milestones(lines, seed):
 def render(scene, engine, seeds, samples, width, folder, blender=None, variant="", settings=None, timeout_s=3600):
     """Renders a .blend with one engine, once a seed, in one run of Blender; returns the Run. Pictures, job and log stay
     in `folder`. The arguments are those of the job that render_job.py describes."""
-    folder.mkdir(parents=True, exist_ok=True)
-    prefix = str(folder / f"{engine.lower()}_")
+    job = {"engine": engine, "width": width, "samples": samples, "seeds": list(seeds), "variant": variant, "settings": settings or {}}
+    run = run_job(scene, job, folder, blender, timeout_s)
+    run.pictures = numpy.stack([read_picture(path) for path in picture_paths(engine, seeds, folder)])
+    return run
+
+
+def render_layers(scene, engine, seeds, samples, width, folder, blender=None, settings=None, layer_settings=None, balance=None, timeout_s=3600):
+    """As render, with all view layers and passes; returns (pictures, attributes, run): {layer: {pass: float32[seed][height]
+    [width][channel]}} by the names of Blender 5, and {attribute: value} of the first seed's file. layer_settings: of the first
+    layer's own settings for Lambent; balance: factors of light groups."""
     job = {
-        "engine": engine, "daemon": str(build_dir() / "bin" / "lambentd"), "width": width, "height": None,
-        "samples": samples, "seeds": list(seeds), "out": prefix, "variant": variant, "settings": settings or {},
+        "engine": engine, "width": width, "samples": samples, "seeds": list(seeds), "variant": "", "settings": settings or {},
+        "layers": True, "layer_settings": layer_settings or {}, "balance": balance or {},
     }  # fmt: skip
+    run = run_job(scene, job, folder, blender, timeout_s)
+    files = [multilayer.read(path) for path in picture_paths(engine, seeds, folder)]
+    pictures = {
+        layer: {name: numpy.stack([layers[layer][name] for layers, _ in files]) for name in passes}
+        for layer, passes in files[0][0].items()
+    }
+    return pictures, files[0][1], run
+
+
+def picture_paths(engine, seeds, folder):
+    """Returns where a run of an engine leaves its pictures."""
+    return [folder / f"{engine.lower()}_{seed}.exr" for seed in seeds]
+
+
+def run_job(scene, job, folder, blender=None, timeout_s=3600):
+    """Runs a job of render_job.py on a .blend in one run of Blender; returns the Run without pictures, which stay in `folder`
+    with the job and the log."""
+    folder.mkdir(parents=True, exist_ok=True)
+    engine, seeds = job["engine"], job["seeds"]
+    prefix = str(folder / f"{engine.lower()}_")
+    job = {"daemon": str(build_dir() / "bin" / "lambentd"), "height": None, "out": prefix, **job}
     job_file = folder / f"{engine.lower()}_job.json"
     job_file.write_text(json.dumps(job), encoding="utf-8")
     arguments = ["-b", "--factory-startup", str(scene), "--python-exit-code", "1"]
@@ -238,7 +272,7 @@ def render(scene, engine, seeds, samples, width, folder, blender=None, variant="
     result = json.loads(result_file.read_text(encoding="utf-8"))
     marks = [milestones(lines, seed) for seed in seeds]
     return Run(
-        pictures=numpy.stack([read_picture(f"{prefix}{seed}.exr") for seed in seeds]),
+        pictures=None,
         seconds=result["seconds"],
         until_sampling=[mark.sampling for mark in marks],
         until_pixels=[mark.pixels for mark in marks],

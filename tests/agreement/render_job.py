@@ -5,8 +5,10 @@ comparable.
     blender -b --factory-startup SCENE.blend --python-exit-code 1 --python render_job.py -- JOB.json
 
 JOB.json: {"engine": "CYCLES" | "LAMBENT", "daemon": path, "width": px, "height": px or null (as the scene's aspect),
-"samples": n, "seeds": [n..], "out": prefix, "variant": "" | a name in k_variants, "settings": {name: value of the engine's}}. Writes PREFIX<seed>.exr (float32 RGBA, scene-linear)
-for each seed and PREFIXresult.json: {"blender": version, "size": [w, h], "seconds": [wall time of each render],
+"samples": n, "seeds": [n..], "out": prefix, "variant": "" | a name in k_variants, "settings": {name: value of the engine's},
+"layers": false, "layer_settings": {name: value of the first view layer's lambent}, "passes": null | [the protocol's kinds of
+passes that the first view layer asks for, "aovs" and "light_groups"], "balance": {light group: factor for all its lights}}. Writes PREFIX<seed>.exr (float32, scene-linear; RGBA of
+the first view layer, or with "layers" every pass of every layer) for each seed and PREFIXresult.json: {"blender": version, "size": [w, h], "seconds": [wall time of each render],
 "statistics": [what lambentd said of each render]}. Prints `render_job: start SEED` and `render_job: end SEED` around each
 render, and `render_job: pixels` when the first tile of Lambent's is in Blender.
 
@@ -114,6 +116,24 @@ def plain_ggx(scene):
                 node.distribution = "GGX"
 
 
+def rebalance(scene, factors):
+    """Multiplies what the lamps, emissive materials and the world of each light group give by the group's factor."""
+    for thing in scene.objects:
+        factor = factors.get(thing.lightgroup, 1.0)
+        if thing.type == "LIGHT":
+            thing.data.energy *= factor
+        elif thing.lightgroup in factors:
+            for slot in thing.material_slots:
+                scale_strengths(slot.material.node_tree, "ShaderNodeEmission", factor)
+    scale_strengths(scene.world.node_tree, "ShaderNodeBackground", factors.get(scene.world.lightgroup, 1.0))
+
+
+def scale_strengths(tree, node_type, factor):
+    for node in tree.nodes:
+        if node.bl_idname == node_type:
+            node.inputs["Strength"].default_value *= factor
+
+
 k_variants = {"relit": relight, "plain_ggx": plain_ggx}
 
 
@@ -126,11 +146,13 @@ def prepare(scene, job):
     render.use_simplify = render.use_persistent_data = render.use_multiview = False
     render.use_file_extension = True
     for layer in scene.view_layers[1:]:
-        layer.use = False
+        layer.use = bool(job.get("layers"))
     scene.view_layers[0].use = True
 
     if job["variant"]:
         k_variants[job["variant"]](scene)
+    if job.get("balance"):
+        rebalance(scene, job["balance"])
     assign(scene.cycles, k_cycles)
     if scene.world:
         scene.world.light_settings.use_ambient_occlusion = False
@@ -151,37 +173,60 @@ def prepare(scene, job):
         for lambent_name, value in k_bounces.values():
             setattr(scene.lambent, lambent_name, value)
         assign(scene.lambent, job.get("settings", {}))
+        assign(scene.view_layers[0].lambent, job.get("layer_settings", {}))
     else:
         assign(scene.cycles, job.get("settings", {}))
     render.engine = job["engine"]
 
 
+def ask_for(layer, kinds):
+    """Has a view layer ask for passes of some kinds and for no other; Lambent's add-on must be enabled."""
+    from lambent.sync import passes
+
+    for kind in passes.kinds():
+        setattr(*passes.switch(layer, kind), False)
+    for kind in kinds:
+        if kind not in ("aovs", "light_groups"):
+            setattr(*passes.switch(layer, kind), True)
+    # Blender removes these by operators alone, which act on the window's layer.
+    bpy.context.window.view_layer = layer
+    while "aovs" not in kinds and len(layer.aovs):
+        bpy.ops.scene.view_layer_remove_aov()
+    while "light_groups" not in kinds and len(layer.lightgroups):
+        bpy.ops.scene.view_layer_remove_lightgroup()
+
+
 def watch_lambent(statistics):
-    """Has the add-on tell when pixels arrive, and keeps the daemon's statistics of each render in a list."""
+    """Has the add-on tell when pixels arrive, and keeps the daemon's statistics of each render in a list, with the "components"
+    of a pixel in the last tile."""
     from lambent.render import final
 
     write, finish = final.ResultWriter.write, final._LayerRender._finish
+    latest = {}
 
-    def tell_and_write(self, *arguments):
+    def tell_and_write(self, rect, channels):
+        latest["components"] = sum(pixels.shape[2] for pixels in channels.values())
         if not getattr(self, "told", False):
             self.told = True
             print("render_job: pixels", flush=True)
-        return write(self, *arguments)
+        return write(self, rect, channels)
 
     def keep_and_finish(self, done, *arguments):
-        statistics.append(done.get("statistics", {}))
+        statistics.append({**done.get("statistics", {}), **latest})
         return finish(self, done, *arguments)
 
     final.ResultWriter.write, final._LayerRender._finish = tell_and_write, keep_and_finish
 
 
-def save(scene, path):
+def choose_format(scene, layers):
+    """Whole numbers of 32 bits: a picture, or all passes of all layers."""
     settings = scene.render.image_settings
     if hasattr(settings, "media_type"):  # from Blender 5.0 on, and before the format
-        settings.media_type = "IMAGE"
-    settings.file_format, settings.color_depth, settings.exr_codec = "OPEN_EXR", "32", "ZIP"
-    settings.color_mode = "RGBA"
-    bpy.data.images["Render Result"].save_render(path, scene=scene)
+        settings.media_type = "MULTI_LAYER_IMAGE" if layers else "IMAGE"
+    settings.file_format = "OPEN_EXR_MULTILAYER" if layers else "OPEN_EXR"
+    settings.color_depth, settings.exr_codec = "32", "ZIP"
+    if not layers:
+        settings.color_mode = "RGBA"
 
 
 def main():
@@ -189,6 +234,10 @@ def main():
         job = json.load(file)
     scene = bpy.context.scene
     prepare(scene, job)
+    if job.get("passes") is not None:
+        ask_for(scene.view_layers[0], job["passes"])
+    layers = bool(job.get("layers"))
+    choose_format(scene, layers)
     seconds, statistics = [], []
     if job["engine"] == "LAMBENT":
         watch_lambent(statistics)
@@ -196,10 +245,13 @@ def main():
         (scene.lambent if job["engine"] == "LAMBENT" else scene.cycles).seed = seed
         print(f"render_job: start {seed}", flush=True)
         start = time.monotonic()
-        bpy.ops.render.render()  # raises when the engine reports an error
+        # Only a render itself writes all layers; else saving is no part of the time.
+        scene.render.filepath = f"{job['out']}{seed}.exr"
+        bpy.ops.render.render(write_still=layers)  # raises when the engine reports an error
         seconds.append(time.monotonic() - start)
         print(f"render_job: end {seed}", flush=True)
-        save(scene, f"{job['out']}{seed}.exr")
+        if not layers:
+            bpy.data.images["Render Result"].save_render(scene.render.filepath, scene=scene)
     size = [scene.render.resolution_x, scene.render.resolution_y]
     result = {"blender": bpy.app.version_string, "size": size, "seconds": seconds, "statistics": statistics}
     with open(f"{job['out']}result.json", "w", encoding="utf-8") as file:

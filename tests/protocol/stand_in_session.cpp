@@ -174,7 +174,7 @@ Progress Session::progress() const {
   return state_->progress;
 }
 
-std::vector<TileSnapshot> Session::take_tiles(size_t limit) {
+std::vector<TileSnapshot> Session::take_tiles(size_t limit, const std::vector<std::string>&) {
   std::vector<TileSnapshot> tiles;
   const std::lock_guard lock(state_->mutex);
   while (tiles.size() < limit && !state_->dirty.empty()) {

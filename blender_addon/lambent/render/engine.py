@@ -7,6 +7,7 @@ import weakref
 
 import bpy
 
+from ..sync import passes
 from ..sync.changes import GeometryChanges
 from . import final, viewport
 
@@ -58,7 +59,10 @@ class LambentRenderEngine(bpy.types.RenderEngine):
 
     def update_render_passes(self, scene, view_layer):
         """Names the passes that a layer gets."""
-        self.register_pass(scene, view_layer, "Combined", 4, "RGBA", "COLOR")
+        # Those whose name another has are registered too: that is how Blender marks AOVs as conflicting.
+        for entry in passes.asked(scene, view_layer):
+            for name in entry.names:
+                self.register_pass(scene, view_layer, name, len(entry.channels), entry.channels, entry.type)
 
 
 def register():

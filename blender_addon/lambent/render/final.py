@@ -10,14 +10,14 @@ import traceback
 import bpy
 import numpy as np
 
-from ..sync import settings
+from ..sync import passes, settings
 from ..sync.objects import Interrupted
-from ..sync.scene import NothingToRender, View, export_scene
+from ..sync.scene import NothingToRender, View, export_scene, wanted_passes
 from ..wire.client import DaemonError, Stopped
 from ..wire.connection import ConnectionLost
 from ..wire.daemon_process import DaemonUnavailable
 from ..wire.messages import ProtocolError
-from . import report, session as sessions
+from . import cryptomatte, report, session as sessions
 from .status import progress_fraction, status_line
 from .tiles import ResultWriter, decode_tile
 
@@ -26,6 +26,9 @@ from .tiles import ResultWriter, decode_tile
 _SHOWN_CREDITS, _SHOWN_SECONDS = 48, 0.1
 _BACKGROUND_CREDITS, _BACKGROUND_SECONDS = 1, 0.1
 _FINAL_CREDITS = 64
+# Of the time, tiles that only show how far it is take at most this part to be written: Blender allocates and merges every
+# pass for each of them, which many passes make slow.
+_SHOWING_SHARE = 0.25
 _CANCEL_SECONDS = 3.0
 _POLL_SECONDS = 0.02
 _BACKGROUND_STATUS_SECONDS = 1.0
@@ -117,6 +120,8 @@ class _LayerRender:
         self._region = _region(engine, self._scene.render, self._width, self._height)
         self._shown = not bpy.app.background
         self._messages = []
+        self._passes = []
+        self._mattes = {}
         self._status_time = 0.0
         self._status_stage = None
         self._progress = {}
@@ -143,7 +148,7 @@ class _LayerRender:
         if _saving is not None and not engine.is_preview:
             self._save_scene(*_saving)
             return True
-        writer = ResultWriter(engine, self._layer_name, self._view_name, self._region)
+        writer = ResultWriter(engine, self._layer_name, self._view_name, self._region, self._make_passes())
         try:
             self._receive(epoch, writer)
         except ProtocolError as error:
@@ -157,7 +162,10 @@ class _LayerRender:
 
     def _send_scene(self, epoch):
         stop = self._engine.test_break
-        edits = export_scene(self._depsgraph, self._session.state, self._view(), stop, self._keep_mesh)
+        view = self._view()
+        edits = export_scene(self._depsgraph, self._session.state, view, stop, self._keep_mesh)
+        self._passes = wanted_passes(self._scene, self._depsgraph.view_layer_eval, view)
+        self._mattes = edits.mattes
         self._messages += edits.messages
         # View layers take turns in the session, so each keeps the data of the others.
         layers = sum(layer.use for layer in self._depsgraph.scene.view_layers)
@@ -176,6 +184,7 @@ class _LayerRender:
         engine, scene, render_settings = self._engine, self._scene, self._scene.render
         camera = engine.camera_override or scene.camera
         view = View(self._width, self._height, preview=engine.is_preview, local_daemon=self._session.local)
+        view.pass_kinds = self._session.pass_kinds
         # Blender's scene for previews asks for very many, which Cycles' noise threshold then cuts short.
         view.sample_limit = _PREVIEW_SAMPLES if engine.is_preview else 0
         view.pixel_aspect = (render_settings.pixel_aspect_x, render_settings.pixel_aspect_y)
@@ -190,14 +199,27 @@ class _LayerRender:
             view.shift_x = engine.camera_shift_x(camera)
         return view
 
+    def _make_passes(self):
+        """Adds to the result the passes that it has not yet; {channel name on the wire: pass name}."""
+        for entry in self._passes[1:]:
+            for name in entry.names:
+                self._engine.add_pass(name, len(entry.channels), entry.channels, layer=self._layer_name)
+        names = {name: name for entry in self._passes[1:] for name in entry.names}
+        return {passes.COMBINED_CHANNEL: passes.COMBINED, **names}
+
     def _receive(self, epoch, writer):
         client, engine = self._client, self._engine
-        client.post({"type": "render_start", "epoch": epoch})
+        start = {"type": "render_start", "epoch": epoch}
+        if len(self._passes) > 1:
+            # Which pass an image editor shows is the interface's, and a render has no right to look there from its thread. What
+            # is watched while it renders is Combined; the others come with the final tiles.
+            start["stream"] = [passes.COMBINED_CHANNEL]
+        client.post(start)
         credits, interval = (_SHOWN_CREDITS, _SHOWN_SECONDS) if self._shown else (_BACKGROUND_CREDITS, _BACKGROUND_SECONDS)
         client.allow_tiles(credits)
         allowed_at = time.monotonic()
         time_limit = settings.effective(self._scene, "time_limit")
-        cancelled_at = None
+        cancelled_at, writing = None, 0.0
         while True:
             now = time.monotonic()
             if cancelled_at is None and engine.test_break():
@@ -208,9 +230,9 @@ class _LayerRender:
                 # The picture stays as it is; the session is given up, so that nothing late gets into the next render.
                 client.close()
                 return
-            if now - allowed_at > interval:
+            if now - allowed_at > max(interval, writing / _SHOWING_SHARE):
                 client.allow_tiles(credits)
-                allowed_at = now
+                allowed_at, writing = now, 0.0
             event = client.next_event(_POLL_SECONDS)
             if event is None:
                 continue
@@ -222,7 +244,10 @@ class _LayerRender:
                 if header.get("final") and client.tiles_allowed < _FINAL_CREDITS // 2:
                     # The last round: as fast as they come.
                     client.allow_tiles(_FINAL_CREDITS)
+                begun = time.monotonic()
                 writer.write(*decode_tile(header, payload, self._width, self._height))
+                if not header.get("final"):
+                    writing += time.monotonic() - begun
             elif kind == "progress":
                 self._show_progress(header, writer, time_limit)
             elif kind == "render_report":
@@ -233,6 +258,23 @@ class _LayerRender:
                 return
             elif kind == "error":
                 raise RenderFailed(str(header.get("message", "the Lambent daemon reported an error without a text")))
+
+    def _stamp(self, done):
+        """What image files say of this layer: Cryptomatte's names and how it was rendered."""
+        fields = {}
+        for entry in self._passes:
+            if entry.kind.startswith("cryptomatte_"):
+                names = self._mattes[entry.kind[len("cryptomatte_") :]]
+                fields.update(cryptomatte.metadata(f"{self._layer_name}.{entry.name}", names))
+        prefix = f"lambent.{self._layer_name}"
+        fields[f"{prefix}.samples"] = str(done.get("samples", 0))
+        fields[f"{prefix}.render_time"] = f"{(done.get('statistics') or {}).get('render_s', 0.0):.2f}"
+        fields[f"{prefix}.version"] = self._client.version
+        fields[f"{prefix}.integrator"] = settings.effective(self._scene, "integrator")
+        fields[f"{prefix}.seed"] = str(settings.seed(self._scene))
+        result = self._engine.get_result()
+        for field, value in fields.items():
+            result.stamp_data_add_field(field, value)
 
     def _show_progress(self, progress, writer, time_limit):
         if self._shown:
@@ -255,6 +297,8 @@ class _LayerRender:
             raise RenderFailed(str(done.get("message") or "the Lambent daemon could not finish and gave no reason"))
         if status == "cancelled" and not cancelled:
             raise RenderFailed("the render was cancelled by the daemon")
+        if not self._engine.is_preview:
+            self._stamp(done)
         last = self._progress
         if status == "finished":
             samples = done.get("samples", 0)

@@ -9,6 +9,7 @@ import threading
 import bpy
 
 from ..sync.edits import SyncState
+from ..sync.passes import ONLY_COMBINED
 from ..ui.preferences import preferences
 from ..wire import daemon_process
 from ..wire.client import Client
@@ -21,15 +22,20 @@ _owned_daemon = None
 _owned_daemon_answered = False
 _sessions = {}
 _offered_integrators = None
+_offered_passes = None
 
 
 class RenderSession:
-    """A client, what it has told the daemon, and the last epoch used. One render uses it at a time (busy)."""
+    """A client, what it has told the daemon, and the last epoch used. One render uses it at a time (busy).
+
+    pass_kinds: the protocol's kinds of passes that the daemon has.
+    """
 
     def __init__(self, client, local):
         self.client = client
         self.local = local
         self.state = SyncState()
+        self.pass_kinds = frozenset(client.capabilities.get("passes") or ONLY_COMBINED)
         self.epoch = 0
         self.busy = False
 
@@ -98,6 +104,11 @@ def offered_integrators():
     return _offered_integrators
 
 
+def offered_passes():
+    """The kinds of passes of the daemon that was connected last, or None before there was one."""
+    return _offered_passes
+
+
 def describe_lost(error):
     """The text for a user of a ConnectionLost, with how our own daemon ended where it did."""
     with _lock:
@@ -107,7 +118,7 @@ def describe_lost(error):
 
 def _connect():
     """A new session; if our own daemon, which answered before, does not, with another one in its place."""
-    global _owned_daemon_answered, _offered_integrators
+    global _owned_daemon_answered, _offered_integrators, _offered_passes
     name = f"lambent-addon {VERSION} / Blender {bpy.app.version_string}"
     address, token, local = _daemon()
     try:
@@ -120,7 +131,9 @@ def _connect():
         client = Client(address, token, name)
     _owned_daemon_answered = _owned_daemon is not None
     _offered_integrators = tuple(client.capabilities.get("integrators") or ()) or None
-    return RenderSession(client, local)
+    session = RenderSession(client, local)
+    _offered_passes = session.pass_kinds
+    return session
 
 
 def _end_daemon():

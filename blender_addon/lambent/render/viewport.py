@@ -17,6 +17,7 @@ import numpy as np
 from gpu_extras.presets import draw_texture_2d
 
 from ..sync.changes import GeometryChanges
+from ..sync.passes import COMBINED_CHANNEL
 from ..sync.scene import View, export_scene, export_view
 from ..sync.view_camera import view_camera
 from ..wire.client import DaemonError, Stopped
@@ -211,7 +212,10 @@ class ViewportRender:
             return _NO_JOB
 
     def _work_tile(self, header, payload, width, height):
-        (x, y, tile_width, tile_height), pixels = decode_tile(header, payload, width, height)
+        (x, y, tile_width, tile_height), channels = decode_tile(header, payload, width, height)
+        pixels = channels.get(COMBINED_CHANNEL)
+        if pixels is None or pixels.shape[2] != 4:
+            raise ProtocolError(f"a tile without the combined channel: {sorted(channels)}")
         with self._lock:
             if self._picture is None or self._picture.shape[:2] != (height, width):
                 self._picture = np.zeros((height, width, 4), np.float32)

@@ -8,6 +8,7 @@ import os
 
 import bpy
 import numpy as np
+from bl_ui import properties_view_layer
 
 # foreach_get looks at the first item to learn the type, and before 5.0 that leaks the instances of the object it comes
 # from, which Blender reports as an error when it quits.
@@ -16,8 +17,21 @@ FOREACH_LEAKS_INSTANCES = bpy.app.version < (5, 0, 0)
 # Rows of the tables into which Blender samples ramps and curves for Cycles (3.4 and 5.2 were looked at).
 RAMP_TABLE_ROWS = 257 if bpy.app.version >= (5, 0, 0) else 256
 
+# Passes are called "Diffuse Direct" and not "DiffDir" since 5.0.
+LONG_PASS_NAMES = bpy.app.version >= (5, 0, 0)
+
 # The Voronoi Texture hashes its cells as whole numbers since 5.0, so that its patterns are others.
 VORONOI_HASHES_CELLS = bpy.app.version >= (5, 0, 0)
+
+
+def _layer_panel(name):
+    """Blender's class that draws a panel of a view layer, called otherwise in later versions."""
+    return getattr(properties_view_layer, f"{name}Helper", None) or getattr(properties_view_layer, name)
+
+
+AOVPanel = _layer_panel("ViewLayerAOVPanel")
+CryptomattePanel = _layer_panel("ViewLayerCryptomattePanel")
+LightGroupsPanel = _layer_panel("ViewLayerLightgroupsPanel")
 
 
 def corner_vertices(mesh):
@@ -144,6 +158,11 @@ def displacement_method(material):
         return material.displacement_method
     cycles = getattr(material, "cycles", None)
     return getattr(cycles, "displacement_method", "BUMP")
+
+
+def aov_name(node):
+    """The name of the AOV that an AOV Output node writes; before 4.2 it hides the node's own name."""
+    return node.aov_name if hasattr(node, "aov_name") else node.name
 
 
 def uses_nodes(datablock):

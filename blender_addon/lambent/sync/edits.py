@@ -39,9 +39,10 @@ class SceneEdits:
     """One look at a scene. put() every datablock that is in it, then take edits() and arrays to the daemon.
 
     arrays: {hash: wire array} that changed datablocks use. messages: what is to be told to the user, as the protocol has it.
+    aovs: names of the shader AOVs that are rendered. mattes: the names of what was put by kind of Cryptomatte.
     """
 
-    def __init__(self, state):
+    def __init__(self, state, aovs=frozenset()):
         self._state = state
         self._changed = {}
         self._present = set()
@@ -49,6 +50,8 @@ class SceneEdits:
         self._pending_arrays = {}
         self.arrays = {}
         self.messages = []
+        self.aovs = aovs
+        self.mattes = {"object": set(), "material": set(), "asset": set()}
 
     def array(self, values):
         """The reference {"array": hash} to a numpy array, to be used in the value of the next put()."""

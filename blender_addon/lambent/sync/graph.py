@@ -10,9 +10,11 @@ socket is one of those that default to something of the surface (normals, textur
 
 import bpy
 
-from . import node_properties, udim
+from . import compat, node_properties, udim
 
 _FOLDED_CONSTANTS = ("ShaderNodeValue", "ShaderNodeRGB")
+# Blender allows no group inside itself; a file that holds one all the same ends here.
+_DEEPEST_GROUP = 64
 _NUMBERS = ("VALUE", "INT", "BOOLEAN")
 _TRIPLES = ("RGBA", "VECTOR")
 # Rec. 709 luminance, by which a colour becomes a number when linked to a number's socket.
@@ -38,20 +40,21 @@ class GraphBuilder:
         self._entered = set()
         self._redirected = {}
 
-    def build(self, tree, outputs):
+    def build(self, tree, outputs, aovs=frozenset()):
         """The GRAPH of tree with those of outputs (socket names in lower case: surface, volume, displacement) that are
-        linked, or None where the tree has no output node."""
+        linked and all nodes that output aovs (names), or None where there is neither an output node nor an AOV."""
         output_node = tree.get_output_node("CYCLES")
-        if output_node is None:
-            return None
         links = {}
-        for socket in output_node.inputs:
+        for socket in output_node.inputs if output_node is not None else ():
             name = socket.identifier.lower()
             if name in outputs:
                 value = self._received(socket, ())
                 if isinstance(value, dict):
                     links[name] = value["link"]
-        return {"nodes": self._nodes, "outputs": links}
+        found = [self._node_index(node, path) for node, path in _aov_nodes(tree, (), aovs)] if aovs else []
+        if found:
+            links["aovs"] = found
+        return None if output_node is None and not found else {"nodes": self._nodes, "outputs": links}
 
     def add(self, type_name, name, inputs, properties=None):
         """Adds a node of our own making and returns its index."""
@@ -210,6 +213,18 @@ class GraphBuilder:
         if to_type == "VECTOR" and isinstance(value, list):
             return value[:3]
         return value
+
+
+def _aov_nodes(tree, path, aovs):
+    """(node, path) of each AOV Output node of a tree and of the groups in it that writes one of aovs."""
+    for node in tree.nodes:
+        if node.mute:
+            continue
+        if node.bl_idname == "ShaderNodeOutputAOV":
+            if compat.aov_name(node) in aovs:
+                yield node, path
+        elif node.type in ("GROUP", "CUSTOM GROUP") and node.node_tree is not None and len(path) < _DEEPEST_GROUP:
+            yield from _aov_nodes(node.node_tree, path + (node,), aovs)
 
 
 def _view_layer_attribute(node, socket):

@@ -6,8 +6,11 @@
 from . import compat, material
 
 
-def export_light(edits, light, light_group):
-    """Puts a light (evaluated) once and returns its id, or None for a light portal, which adds no light of its own."""
+def export_light(edits, light):
+    """Puts a light (evaluated) once and returns its id, or None for a light portal, which adds no light of its own.
+
+    Its light group is not the light's: objects that share it may be of different groups.
+    """
     identifier = light.name_full
     if edits.contains("light", identifier):
         return identifier
@@ -25,7 +28,6 @@ def export_light(edits, light, light_group):
         "shadows": compat.light_shadows(light),
         "multiple_importance": getattr(cycles, "use_multiple_importance_sampling", True),
         "max_bounces": getattr(cycles, "max_bounces", 1024),
-        "light_group": light_group,
     }
     if light.type in ("POINT", "SPOT"):
         value["radius_m"] = light.shadow_soft_size

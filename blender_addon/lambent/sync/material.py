@@ -7,11 +7,15 @@ from . import compat, image
 from .edits import DEFAULT_MATERIAL
 from .graph import GraphBuilder
 
+# As Cycles calls it in Cryptomatte.
+_DEFAULT_NAME = "default_surface"
 
-def export_graph(edits, datablock, outputs):
-    """The GRAPH of a material, world or light with the given outputs; None where there is no output node."""
+
+def export_graph(edits, datablock, outputs, aovs=frozenset()):
+    """The GRAPH of a material, world or light with the given outputs and what outputs aovs (names of shader AOVs); None where
+    there is neither."""
     builder = GraphBuilder(edits, datablock.name_full, lambda found, user, tile=None: image.export_image(edits, found, user, tile))
-    graph = builder.build(datablock.node_tree, outputs)
+    graph = builder.build(datablock.node_tree, outputs, aovs)
     if graph is None:
         return None
     if "volume" in graph["outputs"]:
@@ -24,9 +28,11 @@ def export_material(edits, material):
     if material is None:
         if not edits.contains("material", DEFAULT_MATERIAL):
             graph = _single_node("BsdfDiffuse", "BSDF", {"Color": [0.8, 0.8, 0.8], "Roughness": 0.0})
-            edits.put("material", DEFAULT_MATERIAL, {"name": "default surface", "graph": graph})
+            edits.put("material", DEFAULT_MATERIAL, {"name": _DEFAULT_NAME, "graph": graph})
+        edits.mattes["material"].add(_DEFAULT_NAME)
         return DEFAULT_MATERIAL
     identifier = material.name_full
+    edits.mattes["material"].add(material.name)
     if edits.contains("material", identifier):
         return identifier
     try:
@@ -42,13 +48,14 @@ def _put_material(edits, material, identifier):
     if material.is_grease_pencil:
         edits.unsupported(name, f"{name}: grease pencil material; a diffuse surface stands in for it")
     if compat.uses_nodes(material):
-        graph = export_graph(edits, material, ("surface", "volume", "displacement"))
+        graph = export_graph(edits, material, ("surface", "volume", "displacement"), edits.aovs)
         if graph is not None and "displacement" in graph["outputs"] and compat.displacement_method(material) != "BUMP":
             edits.unsupported(name, f"{name}: true displacement is not supported; it is shaded as bump")
         graph = graph or {"nodes": [], "outputs": {}}
     else:
         graph = _single_node("BsdfDiffuse", "BSDF", {"Color": list(material.diffuse_color)[:3], "Roughness": 0.0})
-    edits.put("material", identifier, {"name": name, "graph": graph, "pass_index": material.pass_index})
+    # Cryptomatte goes by the name without the library.
+    edits.put("material", identifier, {"name": material.name, "graph": graph, "pass_index": material.pass_index})
 
 
 def background_graph(color):

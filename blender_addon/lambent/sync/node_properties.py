@@ -65,7 +65,13 @@ def _light_profile(node, found):
             pass
 
 
+def _aov(node, found):
+    found.pop("aov_name", None)
+    found["aov"] = compat.aov_name(node)
+
+
 _SPECIAL = {
+    "ShaderNodeOutputAOV": _aov,
     "ShaderNodeBsdfPrincipled": _principled,
     "ShaderNodeNormal": _normal,
     "ShaderNodeTexVoronoi": _voronoi,

@@ -115,7 +115,7 @@ class ObjectExporter:
         """(object id, value without transforms) of a new group, or None where there is nothing to render."""
         name = owner.name_full
         if found.type == "LIGHT":
-            identifier = light.export_light(self._edits, found.data, owner.lightgroup)
+            identifier = light.export_light(self._edits, found.data)
             value = None if identifier is None else {"light": identifier}
         elif found.type in _CONVERTIBLE:
             value = self._begin_surface(found, owner, parent)
@@ -127,7 +127,10 @@ class ObjectExporter:
             return None
         if owner == parent and "mesh" in value:
             self._report_unsupported(owner)
-        value["name"] = name
+        # Cryptomatte goes by the name without the library.
+        value["name"] = owner.name
+        if "mesh" in value:
+            self._mask(value, owner, parent)
         value["visibility"] = self._visibility(owner, parent)
         if owner.lightgroup:
             value["light_group"] = owner.lightgroup
@@ -205,14 +208,27 @@ class ObjectExporter:
         visibility = {name: getattr(owner, f"visible_{name}") for name in _VISIBILITY}
         if owner != parent:
             visibility = {name: seen and getattr(parent, f"visible_{name}") for name, seen in visibility.items()}
-        if parent.original.indirect_only_get(view_layer=self._view_layer):
+        # As in Cycles, an object whose collection is both is a holdout.
+        original = parent.original
+        if original.indirect_only_get(view_layer=self._view_layer) and not original.holdout_get(view_layer=self._view_layer):
             visibility["camera"] = False
         return visibility
 
+    def _mask(self, value, owner, parent):
+        """Puts into value what mattes need: the name of the asset, and whether it is a hole in the picture."""
+        asset = owner
+        while asset.parent is not None:
+            asset = asset.parent
+        if asset != owner:
+            value["asset"] = asset.name
+        if parent.original.holdout_get(view_layer=self._view_layer):
+            value["holdout"] = True
+        mattes = self._edits.mattes
+        mattes["object"].add(owner.name)
+        mattes["asset"].add(asset.name)
+
     def _report_unsupported(self, owner):
         edits, name = self._edits, owner.name_full
-        if owner.original.holdout_get(view_layer=self._view_layer) or owner.is_holdout:
-            edits.unsupported(name, f"{name}: holdouts are not supported; it is rendered as an ordinary object")
         if owner.is_shadow_catcher:
             edits.unsupported(name, f"{name}: shadow catchers are not supported; it is rendered as an ordinary object")
         linking = getattr(owner, "light_linking", None)

@@ -5,7 +5,7 @@
 
 from dataclasses import dataclass
 
-from . import camera, objects, settings, world
+from . import camera, objects, passes, settings, world
 from .edits import SceneEdits
 
 VIEW_CAMERA = "lambent:view"
@@ -22,7 +22,8 @@ class View:
     width, height: px of the full frame. region: (x0, y0, x1, y1) px with exclusive end, row 0 at the bottom, or None.
     camera: the evaluated camera object, or None. matrix_world: mathutils 4x4. camera_value: a whole camera datablock in place
     of camera, for views that no camera object stands for. preview: viewport settings count.
-    sample_limit: samples at most, 0 for no limit. local_daemon: it sees our files.
+    sample_limit: samples at most, 0 for no limit. local_daemon: it sees our files. pass_kinds: the protocol's kinds of passes
+    that the daemon has.
     """
 
     width: int
@@ -36,6 +37,7 @@ class View:
     preview: bool = False
     sample_limit: int = 0
     local_daemon: bool = True
+    pass_kinds: frozenset = passes.ONLY_COMBINED
 
 
 def export_scene(depsgraph, state, view, should_stop, keep_mesh=lambda identifier, original, data: False):
@@ -47,7 +49,8 @@ def export_scene(depsgraph, state, view, should_stop, keep_mesh=lambda identifie
     scene, view_layer = depsgraph.scene_eval, depsgraph.view_layer_eval
     if view.camera_value is None and (view.camera is None or view.camera.type != "CAMERA"):
         raise NothingToRender(f"scene '{scene.name}' has no camera: add one, or choose one in the scene properties")
-    edits = SceneEdits(state)
+    wanted = wanted_passes(scene, view_layer, view)
+    edits = SceneEdits(state, passes.aov_names(wanted))
     _report_unsupported(edits, scene, view_layer, view)
     camera_id = _export_camera(edits, view)
     objects.ObjectExporter(edits, depsgraph, keep_mesh).export(should_stop)
@@ -59,8 +62,13 @@ def export_scene(depsgraph, state, view, should_stop, keep_mesh=lambda identifie
         except Exception as error:  # The rest can be rendered; what fails is reported.
             name = shown_world.name_full
             edits.report("error", "export_failed", name, f"{name}: could not be exported; there is no world light: {error!r}")
-    settings.export_settings(edits, scene, view_layer, view, camera_id, world_id)
+    settings.export_settings(edits, scene, view_layer, view, camera_id, world_id, wanted, shown_world)
     return edits
+
+
+def wanted_passes(scene, view_layer, view):
+    """The passes that a render through view delivers, Combined first; viewports and previews show no other."""
+    return passes.rendered(scene, view_layer, passes.ONLY_COMBINED if view.preview else view.pass_kinds)
 
 
 def export_view(depsgraph, state, view):
@@ -69,7 +77,9 @@ def export_view(depsgraph, state, view):
     edits.keep_all()
     world = next((identifier for kind, identifier in state.known() if kind == "world"), None)
     camera_id = _export_camera(edits, view)
-    settings.export_settings(edits, depsgraph.scene_eval, depsgraph.view_layer_eval, view, camera_id, world)
+    scene, view_layer = depsgraph.scene_eval, depsgraph.view_layer_eval
+    wanted = wanted_passes(scene, view_layer, view)
+    settings.export_settings(edits, scene, view_layer, view, camera_id, world, wanted, None)
     return edits
 
 
@@ -83,14 +93,5 @@ def _export_camera(edits, view):
 def _report_unsupported(edits, scene, view_layer, view):
     if scene.render.use_motion_blur and not view.preview:
         edits.unsupported(scene.name, f"{scene.name}: motion blur is not supported; everything stands still")
-    # use_pass_combined is always written; names of the others as Blender's interface has them.
-    wanted = [
-        definition.name
-        for definition in view_layer.bl_rna.properties
-        if definition.identifier.startswith("use_pass_")
-        and definition.identifier not in ("use_pass_combined", "use_pass_z", "use_pass_cryptomatte_accurate")
-        and getattr(view_layer, definition.identifier)
-    ]
-    if wanted and not view.preview:
-        passes = ", ".join(wanted)
-        edits.unsupported(view_layer.name, f"{view_layer.name}: these passes are not supported and left out: {passes}")
+    if not view.preview:
+        passes.report_left_out(edits, scene, view_layer, view.pass_kinds)

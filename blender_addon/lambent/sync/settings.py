@@ -3,7 +3,7 @@
 
 """Render settings: scene.lambent, and for what was never set there, what the scene says for Cycles."""
 
-from . import compat
+from . import compat, passes
 
 # Our settings that follow one of Cycles while they are not set: {ours: Cycles'}.
 _CYCLES_NAMES = {
@@ -64,8 +64,17 @@ def effective(scene, name):
     return getattr(scene.lambent, name) if cycles_name is None else getattr(scene.cycles, cycles_name)
 
 
-def export_settings(edits, scene, view_layer, view, camera, world):
-    """Puts the settings of an evaluated scene seen through view (scene.View); camera and world are ids, or None."""
+def seed(scene):
+    """The seed of the frame that a scene is at."""
+    chosen = effective(scene, "seed")
+    return (chosen + scene.frame_current * _SEED_STEP) & 0x7FFFFFFF if effective(scene, "animated_seed") else chosen
+
+
+def export_settings(edits, scene, view_layer, view, camera, world, wanted_passes, shown_world):
+    """Puts the settings of an evaluated scene seen through view (scene.View).
+
+    camera, world: ids, or None. wanted_passes: [passes.RenderPass]. shown_world: the world (evaluated) or None.
+    """
     prefix = "preview_" if view.preview else ""
     value = {
         "width": view.width,
@@ -77,7 +86,7 @@ def export_settings(edits, scene, view_layer, view, camera, world):
         "samples": _samples(scene, view_layer, prefix),
         "time_limit_s": effective(scene, prefix + "time_limit"),
         "noise_threshold": effective(scene, prefix + "noise_threshold"),
-        "seed": effective(scene, "seed"),
+        "seed": seed(scene),
         "merge_radius_px": effective(scene, "merge_radius"),
         "film_transparent": scene.render.film_transparent,
         "exposure": effective(scene, "film_exposure"),
@@ -86,7 +95,7 @@ def export_settings(edits, scene, view_layer, view, camera, world):
         "tile_size_px": scene.lambent.tile_size,
         "threads": scene.render.threads if scene.render.threads_mode == "FIXED" else 0,
         "frame": scene.frame_current,
-        "passes": ["combined"],
+        **passes.settings(wanted_passes, view_layer, shown_world),
         "metadata": {"Scene": scene.name, "ViewLayer": view_layer.name, "Frame": str(scene.frame_current)},
     }
     for name in ("max", "diffuse", "glossy", "transmission", "transparent", "volume"):
@@ -95,8 +104,6 @@ def export_settings(edits, scene, view_layer, view, camera, world):
         value[name] = effective(scene, name)
     if view.region is not None:
         value["region"] = list(view.region)
-    if effective(scene, "animated_seed"):
-        value["seed"] = (value["seed"] + scene.frame_current * _SEED_STEP) & 0x7FFFFFFF
     if view.sample_limit and (value["samples"] == 0 or value["samples"] > view.sample_limit):
         value["samples"] = view.sample_limit
     color_management = compat.color_management_path()

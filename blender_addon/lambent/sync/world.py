@@ -18,10 +18,12 @@ def export_world(edits, world):
     """Puts a world (evaluated) and returns its id."""
     name = world.name_full
     if compat.uses_nodes(world):
-        graph = material.export_graph(edits, world, ("surface", "volume")) or {"nodes": [], "outputs": {}}
+        graph = material.export_graph(edits, world, ("surface", "volume"), edits.aovs) or {"nodes": [], "outputs": {}}
     else:
         graph = material.background_graph(world.color)
     value = {"name": name, "graph": graph}
+    if world.lightgroup:
+        value["light_group"] = world.lightgroup
     visibility = getattr(world, "cycles_visibility", None)
     if visibility is not None:
         value["visibility"] = {ours: getattr(visibility, theirs) for ours, theirs in _VISIBILITY.items()}

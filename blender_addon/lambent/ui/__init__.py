@@ -3,9 +3,33 @@
 
 """Settings, preferences, panels and presets."""
 
-from . import blender_panels, compatible, engine_panels, integrator_menus, preferences, presets, properties, scene_export
+from . import (
+    blender_panels,
+    compatible,
+    engine_panels,
+    integrator_menus,
+    layer_properties,
+    pass_panels,
+    pass_source_panels,
+    preferences,
+    presets,
+    properties,
+    scene_export,
+)
 
-_MODULES = (properties, preferences, presets, integrator_menus, engine_panels, blender_panels, compatible, scene_export)
+_MODULES = (
+    properties,
+    layer_properties,
+    preferences,
+    presets,
+    integrator_menus,
+    engine_panels,
+    pass_panels,
+    pass_source_panels,
+    blender_panels,
+    compatible,
+    scene_export,
+)
 
 
 def register():

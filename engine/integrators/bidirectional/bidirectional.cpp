@@ -61,6 +61,7 @@ class Bidirectional final : public Integrator {
     pass_.counts.light_paths = static_cast<float>(film.region().width) * static_cast<float>(film.region().height);
     if (!pass_.set.merging) return;
     tiles_ = std::vector<Tile>(static_cast<size_t>(film.tiles().count()));
+    for (Tile& tile : tiles_) tile.batch.keep_events = settings_.passes && settings_.passes->wants_events();
     const Rectangle& region = film.region();
     const double pixels = static_cast<double>(region.width) * region.height;
     photon_share_ = static_cast<float>(std::min(1.0, static_cast<double>(k_most_merge_paths) / pixels));
@@ -133,7 +134,13 @@ class Bidirectional final : public Integrator {
             kernel.light_sample(sampler, kept && leaves_photons(x, y) ? &kept->batch : nullptr, /*silent=*/false);
             ++paths;
           }
-          writer.add(x, y, camera_sample(kernel, sampler, x, y));
+          PassRecorder* const passes = kernel.passes();
+          if (passes) passes->begin(x, y, static_cast<uint32_t>(sample));
+          const Vec4 picture = camera_sample(kernel, sampler, x, y);
+          if (passes)
+            writer.add(x, y, passes->finish(picture));
+          else
+            writer.add(x, y, picture);
         }
       }
     if (kept) kept->complete_sample = whole && one_each ? target_samples - 1 : k_none;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/path/shadow_ray.h"
 #include "engine/path/surface.h"
 #include "engine/path/transmittance.h"
 
@@ -38,12 +39,14 @@ LightWalkSettings walk_settings(const IntegratorSettings& settings, const Pass& 
           limits.transmission,
           limits.transparent,
           settings.caustics_reflective,
-          settings.caustics_refractive};
+          settings.caustics_refractive,
+          settings.passes && settings.passes->wants_events()};
 }
 
 template <KernelProfile profile>
 Kernel<profile>::Kernel(const Scene& scene, const IntegratorSettings& settings, const Pass& pass, Film& film)
     : scene_(scene), settings_(settings), pass_(pass), film_(film), walk_(scene, walk_settings(settings, pass)) {
+  if (settings_.passes) passes_.emplace(*settings_.passes, scene);
   if (settings.light_threshold > 0.0f) threshold_scale_ = std::fabs(settings.exposure) / settings.light_threshold;
 }
 
@@ -100,8 +103,8 @@ uint8_t Kernel<profile>::likeliest_event(const Bsdf& bsdf, const Vec3& wi, const
 }
 
 template <KernelProfile profile>
-void Kernel<profile>::add(const Color& contribution, Technique technique, float weight, LightIndex light,
-                          bool indirect) {
+Color Kernel<profile>::add(const Color& contribution, Technique technique, float weight, LightIndex light,
+                           bool indirect) {
   if (settings_.observer) {
     const bool joined = technique == Technique::connection || technique == Technique::merging;
     settings_.observer->on_contribution({{static_cast<float>(pixel_x_) + 0.5f, static_cast<float>(pixel_y_) + 0.5f},
@@ -114,16 +117,22 @@ void Kernel<profile>::add(const Color& contribution, Technique technique, float 
                                          light,
                                          first_instance_});
   }
-  const Color weighted = contribution * weight;
+  Color weighted = contribution * weight;
   const float limit = indirect ? settings_.clamp_indirect : settings_.clamp_direct;
   if (limit > 0.0f) {
     const float sum = std::fabs(weighted.x) + std::fabs(weighted.y) + std::fabs(weighted.z);
-    if (sum > limit) {
-      estimate_.radiance += weighted * (limit / sum);
-      return;
-    }
+    if (sum > limit) weighted *= limit / sum;
   }
   estimate_.radiance += weighted;
+  return weighted;
+}
+
+/// Light that the camera walk met.
+template <KernelProfile profile>
+void Kernel<profile>::add_met(const Color& contribution, float weight, LightIndex light, LightSource source,
+                              uint16_t group) {
+  const Color added = add(contribution, Technique::emission_hit, weight, light, bounces_.total > 1);
+  if (passes_) passes_->met(added, source, group);
 }
 
 template <KernelProfile profile>
@@ -197,15 +206,16 @@ void Kernel<profile>::add_lamps(const Ray& ray, float t_end) {
         const float weight =
             emission_weight(hit.light, hit.n_light_world, ray.direction, hit.distance_m, hit.uv, *hit.traits);
         if (weight > 0.0f)
-          add(throughput_ * scene_.light_radiance(hit, path_counts()), Technique::emission_hit, weight, hit.light,
-              bounces_.total > 1);
+          add_met(throughput_ * scene_.light_radiance(hit, path_counts()), weight, hit.light, LightSource::lamp,
+                  hit.traits->group);
       });
 }
 
 template <KernelProfile profile>
 void Kernel<profile>::add_background(const Vec3& direction) {
   if (settings_.film_transparent && only_transparent_) {
-    estimate_.transparency += (throughput_.x + throughput_.y + throughput_.z) / 3.0f;
+    estimate_.transparency += average(throughput_);
+    if (passes_) passes_->see_through(direction, throughput_, path_counts());
     return;
   }
   if (!(pass_.set.emission || only_delta_)) return;
@@ -213,8 +223,8 @@ void Kernel<profile>::add_background(const Vec3& direction) {
     if (bounces_.total - 1 > hit.traits->max_bounces) return;
     const float weight = emission_weight(hit.light, hit.n_light_world, direction, k_infinity, hit.uv, *hit.traits);
     if (weight > 0.0f)
-      add(throughput_ * scene_.light_radiance(hit, path_counts()), Technique::emission_hit, weight, hit.light,
-          bounces_.total > 1);
+      add_met(throughput_ * scene_.light_radiance(hit, path_counts()), weight, hit.light, scene_.source_of(hit.light),
+              hit.traits->group);
   });
 }
 
@@ -231,7 +241,8 @@ void Kernel<profile>::add_surface_emission(const SurfaceHit& hit, const SurfaceB
     if (light != k_no_light)
       weight = emission_weight(light, n_light, direction, distance, hit.barycentric, scene_.lights().traits(light));
   }
-  if (weight > 0.0f) add(throughput_ * emission, Technique::emission_hit, weight, light, bounces_.total > 1);
+  if (weight > 0.0f)
+    add_met(throughput_ * emission, weight, light, LightSource::surface, scene_.instance(hit.instance).light_group);
 }
 
 // --- Techniques at a vertex of the camera walk ---------------------------------------------------------------------
@@ -280,18 +291,9 @@ void Kernel<profile>::next_event(const Here& here) {
       if (here.numbers.shadow_roulette >= survival) return;
       contribution /= survival;
     }
-    const Vec3 origin = offset_origin(here.hit.p_world, here.hit.p_error, here.hit.ng_world, light.direction_world);
-    Ray ray{origin, 0.0f, light.direction_world, k_infinity, k_visible_shadow};
-    if (!light.is_infinite) {
-      Vec3 target = light.p_light_world;
-      if (triangle) {
-        const SurfaceHit on_light = scene_.geometry().surface(light.instance, light.triangle, light.uv);
-        target = offset_origin(on_light.p_world, on_light.p_error, on_light.ng_world, -light.direction_world);
-      }
-      ray = segment(origin, target, k_visible_shadow);
-    }
     bool depended = false;
-    contribution *= visibility(ray, k_ray_shadow, bounces_.transparent, &depended);
+    contribution *=
+        visibility(shadow_ray(scene_, here.hit, light), k_ray_shadow, bounces_.transparent, &depended);
     if (is_black(contribution)) return;
     if (depended && pass_.set.weighted()) {
       pdfs_.light[here.i] = 0.0f;
@@ -301,8 +303,11 @@ void Kernel<profile>::next_event(const Here& here) {
   pdfs_.n = here.i;
   const EventSequence walked = events_;
   if (settings_.observer) events_.append(likeliest_event(here.bsdf, here.point.wi_world, light.direction_world));
-  add(contribution, Technique::next_event, weight, light.light, bounces_.total > 0);
+  const Color added = add(contribution, Technique::next_event, weight, light.light, bounces_.total > 0);
   events_ = walked;
+  if (passes_)
+    passes_->joined(added, here.bsdf, here.point.wi_world, light.direction_world, Technique::next_event, {},
+                    scene_.source_of(light.light), light.traits->group);
 }
 
 template <KernelProfile profile>
@@ -374,8 +379,15 @@ void Kernel<profile>::connect(const Here& here, const LightWalk& walk, float sca
       events_.append(likeliest_event(vertex.bsdf, vertex.wi_world, -direction));
       events_.append_packed(vertex.events, vertex.depth - 1);
     }
-    add(contribution, Technique::connection, weight, walk.light(), true);
+    const Color added = add(contribution, Technique::connection, weight, walk.light(), true);
     events_ = walked;
+    if (!passes_) continue;
+    EventSequence light_side;
+    light_side.append(passes_->wants_events() ? passes_->event_at(vertex.bsdf, -direction, vertex.wi_world)
+                                              : static_cast<uint8_t>(k_scatter_diffuse));
+    light_side.append_packed(vertex.events, vertex.depth - 1);
+    passes_->joined(added, here.bsdf, here.point.wi_world, direction, Technique::connection, light_side,
+                    scene_.source_of(walk.light()), walk.traits().group);
   }
 }
 
@@ -443,9 +455,16 @@ void Kernel<profile>::merge(const Here& here, const Sampler& sampler, uint32_t e
       events_.append(likeliest_event(here.bsdf, here.point.wi_world, wi));
       events_.count += depth - 1;  // photons do not keep theirs
     }
-    while (settings_.observer && record->depth != 0) --record;
-    add(contribution, Technique::merging, weight, record->depth == 0 ? record->light : k_no_light, true);
+    const PhotonRecord* first = record;
+    while ((settings_.observer || passes_) && first->depth != 0) --first;
+    const LightIndex light = first->depth == 0 ? first->light : k_no_light;
+    const Color added = add(contribution, Technique::merging, weight, light, true);
     events_ = walked;
+    if (!passes_ || light == k_no_light) return;
+    EventSequence light_events;
+    light_events.append_packed(passes_->wants_events() ? photons.events(photon.record) : 0, depth - 1);
+    passes_->joined(added, here.bsdf, here.point.wi_world, wi, Technique::merging, light_events,
+                    scene_.source_of(light), scene_.lights().traits(light).group);
   });
 }
 
@@ -465,6 +484,7 @@ void Kernel<profile>::connect_to_lens(const LightWalk& walk, const LightVertex& 
       lens.raster_px.y - reach >= static_cast<float>(region.y + region.height))
     return;
   if (!(scene_.geometry().instance(vertex.surface.instance).visibility & k_visible_camera)) return;
+  if (scene_.instance(vertex.surface.instance).holdout) return;
   const bool near = vertex.depth >= 2 && limits_are_near({}, vertex.counts, 1);
   LightScatter at_light;
   if (!walk.scatter(vertex, lens.direction_world, true, near, scratch_, at_light)) return;
@@ -503,12 +523,24 @@ void Kernel<profile>::connect_to_lens(const LightWalk& walk, const LightVertex& 
     const float sum = std::fabs(contribution.x) + std::fabs(contribution.y) + std::fabs(contribution.z);
     if (limit > 0.0f && sum > limit) contribution *= limit / sum;
   }
-  splat(lens.raster_px, contribution, u_roulette);
+  if (!passes_) {
+    splat(lens.raster_px, contribution, u_roulette, nullptr);
+    return;
+  }
+  const ClassShares first = vertex.bsdf.class_shares(lens.direction_world, vertex.wi_world);
+  PathSignature signature{vertex.depth, &first, {}, scene_.source_of(walk.light()), walk.traits().group,
+                          Technique::light_tracing};
+  if (passes_->wants_events()) {
+    signature.events.append(passes_->event_at(vertex.bsdf, lens.direction_world, vertex.wi_world));
+    signature.events.append_packed(vertex.events, vertex.depth - 1);
+  }
+  splat(lens.raster_px, contribution, u_roulette, &signature);
 }
 
 /// Every pixel whose filter covers the place gets its share; thin shares (the filter's tails) by chance, for less work.
 template <KernelProfile profile>
-void Kernel<profile>::splat(const Vec2& raster_px, const Color& contribution, float u) {
+void Kernel<profile>::splat(const Vec2& raster_px, const Color& contribution, float u,
+                            const PathSignature* signature) {
   const float reach = settings_.filter.radius_px();
   const auto weigh_axis = [&](float at, int first, int end, std::vector<float>& weights) {
     weights.clear();
@@ -532,6 +564,9 @@ void Kernel<profile>::splat(const Vec2& raster_px, const Color& contribution, fl
         density = k_thin_share;
       }
       film_.splat(x, y, contribution * density);
+      if (signature)
+        passes_->splatted(contribution * density, *signature,
+                          [&](int plane, const Color& part) { film_.splat(x, y, part, plane); });
     }
 }
 
@@ -612,6 +647,13 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
         if (bounces_.ray_kind & k_ray_diffuse)
           bsdf.drop_glossy(!settings_.caustics_reflective, !settings_.caustics_refractive);
       }
+      if (only_transparent_) {
+        if (scene_.instance(hit.instance).holdout) {
+          if (settings_.film_transparent) estimate_.transparency += average(throughput_);
+          break;
+        }
+        if (passes_) passes_->visible(hit, binding, point, bsdf, throughput_);
+      }
       if (m_ == 0) {
         bsdf.set_least_share(k_camera_least_share);
         first_instance_ = hit.instance;
@@ -658,6 +700,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
         }
         pdfs_.flags[i] = static_cast<uint8_t>((delta ? 0 : k_connectible) | light_flags);
         events_.append(scattered.event);
+        if (passes_) passes_->scattered(bsdf, point.wi_world, scattered);
         m_ = i;
         only_delta_ = only_delta_ && delta;
         last_ = {hit.p_world, point.ng_world, here.receiver_normal, scattered.pdf_solid_angle, !delta};

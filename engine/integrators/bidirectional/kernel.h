@@ -2,9 +2,12 @@
 // each other. Compiled once for each KernelProfile; which techniques run is data (TechniqueSet).
 #pragma once
 
+#include <optional>
 #include <utility>
 
+
 #include "engine/integrators/integrator.h"
+#include "engine/integrators/passes.h"
 #include "engine/path/light_walk.h"
 #include "engine/path/path_pdfs.h"
 #include "engine/path/photon_map.h"
@@ -41,6 +44,8 @@ class Kernel {
   void light_sample(const Sampler& sampler, PhotonBatch* batch, bool silent);
   /// Traces the camera walk; connects to the light walk traced last.
   PathEstimate camera_sample(const Sampler& sampler, const CameraRay& camera_ray, int x, int y);
+  /// Follows the camera walks; null: there are no passes.
+  PassRecorder* passes() { return passes_ ? &*passes_ : nullptr; }
 
  private:
   static constexpr bool k_transparency = profile >= KernelProfile::surfaces;
@@ -73,7 +78,9 @@ class Kernel {
   void merge(const Here& here, const Sampler& sampler, uint32_t event_index);
   void connect_to_lens(const LightWalk& walk, const LightVertex& vertex, const Vec2& u_lens, float u_roulette);
 
-  void splat(const Vec2& raster_px, const Color& contribution, float u);
+  /// Adds to the splats what the filter gives each pixel around.
+  /// @param signature what the passes ask of the path; null: there are none
+  void splat(const Vec2& raster_px, const Color& contribution, float u, const PathSignature* signature);
 
   /// The scatter at x_i towards the next vertex, as far as the densities of what lies before it go.
   void set_scatter(const Here& here, const BsdfEval& eval);
@@ -89,7 +96,9 @@ class Kernel {
                             const EventShares* at_light) const;
   bool limits_are_near(const EventCounts& before, const EventCounts& light_side, int more) const;
 
-  void add(const Color& contribution, Technique technique, float weight, LightIndex light, bool indirect);
+  /// Adds what is left of a contribution after weight and clamping, and returns it.
+  Color add(const Color& contribution, Technique technique, float weight, LightIndex light, bool indirect);
+  void add_met(const Color& contribution, float weight, LightIndex light, LightSource source, uint16_t group);
   /// For observers: the likeliest kind of event for a pair of directions.
   static uint8_t likeliest_event(const Bsdf& bsdf, const Vec3& wi, const Vec3& wo);
   /// @param depended as for segment_transmittance
@@ -113,6 +122,7 @@ class Kernel {
   PathPdfs lens_pdfs_;  ///< of light tracing
   std::vector<float> splat_x_, splat_y_;
   float threshold_scale_ = k_infinity;
+  std::optional<PassRecorder> passes_;
 
   // The camera walk under way.
   PathEstimate estimate_;

@@ -3,19 +3,27 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/path/shadow_ray.h"
+
 namespace lambent::path_tracer {
 
 template <KernelProfile profile>
-void Kernel<profile>::add(const Color& contribution, bool indirect) {
+Color Kernel<profile>::add(const Color& contribution, bool indirect) {
   const float limit = indirect ? settings_.clamp_indirect : settings_.clamp_direct;
+  Color added = contribution;
   if (limit > 0.0f) {
     const float sum = std::fabs(contribution.x) + std::fabs(contribution.y) + std::fabs(contribution.z);
-    if (sum > limit) {
-      estimate_.radiance += contribution * (limit / sum);
-      return;
-    }
+    if (sum > limit) added = contribution * (limit / sum);
   }
-  estimate_.radiance += contribution;
+  estimate_.radiance += added;
+  return added;
+}
+
+/// Light that the walk met.
+template <KernelProfile profile>
+void Kernel<profile>::add_met(const Color& contribution, LightSource source, uint16_t group) {
+  const Color added = add(contribution, bounces_.total > 1);
+  if (passes_) passes_->met(added, source, group);
 }
 
 /// MIS weight of meeting a light by scattering.
@@ -41,20 +49,25 @@ void Kernel<profile>::add_lamps(const Ray& ray, float t_end) {
       origin, ray.direction, before + ray.t_min, before + t_end, bounces_.ray_kind, [&](const LightHit& hit) {
         if (bounces_.total - 1 > hit.traits->max_bounces) return;
         const float weight = emission_weight(hit.light, ray.direction, hit.distance_m, hit.uv, *hit.traits);
-        if (weight > 0.0f) add(throughput_ * scene_.light_radiance(hit, path_counts()) * weight, bounces_.total > 1);
+        if (weight > 0.0f)
+          add_met(throughput_ * scene_.light_radiance(hit, path_counts()) * weight, LightSource::lamp,
+                  hit.traits->group);
       });
 }
 
 template <KernelProfile profile>
 void Kernel<profile>::add_background(const Vec3& direction) {
   if (settings_.film_transparent && only_transparent_) {
-    estimate_.transparency += (throughput_.x + throughput_.y + throughput_.z) / 3.0f;
+    estimate_.transparency += average(throughput_);
+    if (passes_) passes_->see_through(direction, throughput_, path_counts());
     return;
   }
   scene_.lights().for_each_infinite(direction, bounces_.ray_kind, [&](const LightHit& hit) {
     if (bounces_.total - 1 > hit.traits->max_bounces) return;
     const float weight = emission_weight(hit.light, direction, k_infinity, hit.uv, *hit.traits);
-    if (weight > 0.0f) add(throughput_ * scene_.light_radiance(hit, path_counts()) * weight, bounces_.total > 1);
+    if (weight > 0.0f)
+      add_met(throughput_ * scene_.light_radiance(hit, path_counts()) * weight, scene_.source_of(hit.light),
+              hit.traits->group);
   });
 }
 
@@ -68,7 +81,7 @@ void Kernel<profile>::add_surface_emission(const SurfaceHit& hit, const SurfaceB
     if (light != k_no_light)
       weight = emission_weight(light, direction, distance, hit.barycentric, scene_.lights().traits(light));
   }
-  add(throughput_ * emission * weight, bounces_.total > 1);
+  add_met(throughput_ * emission * weight, LightSource::surface, scene_.instance(hit.instance).light_group);
 }
 
 template <KernelProfile profile>
@@ -105,19 +118,12 @@ void Kernel<profile>::next_event(const ShadingPoint& point, const SurfaceHit& hi
       if (numbers.shadow_roulette >= survival) return;
       contribution /= survival;
     }
-    const Vec3 origin = offset_origin(hit.p_world, hit.p_error, hit.ng_world, light.direction_world);
-    Ray ray{origin, 0.0f, light.direction_world, k_infinity, k_visible_shadow};
-    if (!light.is_infinite) {
-      Vec3 target = light.p_light_world;
-      if (scene_.lights().kind(light.light) == LightKind::triangle) {
-        const SurfaceHit on_light = scene_.geometry().surface(light.instance, light.triangle, light.uv);
-        target = offset_origin(on_light.p_world, on_light.p_error, on_light.ng_world, -light.direction_world);
-      }
-      ray = segment(origin, target, k_visible_shadow);
-    }
-    contribution *= visibility(ray);
+    contribution *= visibility(shadow_ray(scene_, hit, light));
   }
-  add(contribution, bounces_.total > 0);
+  const Color added = add(contribution, bounces_.total > 0);
+  if (passes_ && !is_black(added))
+    passes_->joined(added, bsdf, point.wi_world, light.direction_world, Technique::next_event, {},
+                    scene_.source_of(light.light), light.traits->group);
 }
 
 template <KernelProfile profile>
@@ -156,6 +162,13 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
       program.evaluate(point, scene_.textures(), bsdf);
       if (bounces_.ray_kind & k_ray_diffuse)
         bsdf.drop_glossy(!settings_.caustics_reflective, !settings_.caustics_refractive);
+      if (only_transparent_) {
+        if (scene_.instance(hit.instance).holdout) {
+          if (settings_.film_transparent) estimate_.transparency += average(throughput_);
+          break;
+        }
+        if (passes_) passes_->visible(hit, binding, point, bsdf, throughput_);
+      }
       // What the camera sees directly: no lobe may be so rare that it shows as dots.
       if (bounces_.ray_kind & k_ray_camera) bsdf.set_least_share(k_camera_least_share);
       if (program.traits().emits) add_surface_emission(hit, binding, ray.direction, distance, bsdf.emission());
@@ -168,6 +181,7 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
       if (scattered.event == k_scatter_none) break;
       if (!(scattered.event & k_scatter_transparent)) {
         last_ = {hit.p_world, receiver_normal, scattered.pdf_solid_angle, !(scattered.event & k_scatter_delta)};
+        if (passes_) passes_->scattered(bsdf, point.wi_world, scattered);
       }
     }
     throughput_ *= scattered.weight;

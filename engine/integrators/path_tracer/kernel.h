@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/integrators/integrator.h"
+#include "engine/integrators/passes.h"
 #include "engine/path/bounces.h"
 #include "engine/path/mis.h"
 #include "engine/path/surface.h"
@@ -14,8 +15,10 @@ namespace lambent::path_tracer {
 template <KernelProfile profile>
 class Kernel {
  public:
-  Kernel(const Scene& scene, const IntegratorSettings& settings, const Sampler& sampler, RayCounts& counts)
-      : scene_(scene), settings_(settings), sampler_(sampler), counts_(counts) {
+  /// @param passes null: there are none
+  Kernel(const Scene& scene, const IntegratorSettings& settings, const Sampler& sampler, RayCounts& counts,
+         PassRecorder* passes)
+      : scene_(scene), settings_(settings), sampler_(sampler), counts_(counts), passes_(passes) {
     if (settings.light_threshold > 0.0f)
       shadow_survival_scale_ = std::fabs(settings.exposure) / settings.light_threshold;
   }
@@ -32,7 +35,9 @@ class Kernel {
     bool weighed = false;  ///< next event could have found the same light: false at the camera and after delta lobes
   };
 
-  void add(const Color& contribution, bool indirect);
+  /// Adds what is left of a contribution after clamping, and returns it.
+  Color add(const Color& contribution, bool indirect);
+  void add_met(const Color& contribution, LightSource source, uint16_t group);
   float emission_weight(LightIndex light, const Vec3& direction, float distance, const Vec2& uv,
                         const LightTraits& traits) const;
   void add_lamps(const Ray& ray, float t_end);
@@ -51,6 +56,7 @@ class Kernel {
   const IntegratorSettings& settings_;
   const Sampler& sampler_;
   RayCounts& counts_;
+  PassRecorder* const passes_;
   float shadow_survival_scale_ = k_infinity;  ///< times a contribution: probability of tracing its shadow ray
   PathEstimate estimate_;
   Color throughput_{1.0f};

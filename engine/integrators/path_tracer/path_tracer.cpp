@@ -1,5 +1,7 @@
 #include "engine/integrators/path_tracer/path_tracer.h"
 
+#include <optional>
+
 #include "engine/base/check.h"
 #include "engine/integrators/path_tracer/kernel.h"
 
@@ -18,18 +20,26 @@ class PathTracer final : public Integrator {
     TileWriter writer(film, tile);
     const Rectangle& rectangle = film.tiles()[tile];
     const bool adaptive = film.settings().second_moments;
+    std::optional<PassRecorder> passes;
+    if (settings_.passes) passes.emplace(*settings_.passes, *scene_);
     for (int y = rectangle.y; y < rectangle.y + rectangle.height; ++y)
       for (int x = rectangle.x; x < rectangle.x + rectangle.width; ++x) {
         if (cancel.cancelled()) return counts;
         if (adaptive && !film.active(x, y)) continue;
-        for (int64_t sample = film.sample_count(x, y); sample < target_samples; ++sample)
-          writer.add(x, y, render_sample(x, y, static_cast<uint32_t>(sample), counts));
+        for (int64_t sample = film.sample_count(x, y); sample < target_samples; ++sample) {
+          if (passes) passes->begin(x, y, static_cast<uint32_t>(sample));
+          const Vec4 picture = render_sample(x, y, static_cast<uint32_t>(sample), counts, passes ? &*passes : nullptr);
+          if (passes)
+            writer.add(x, y, passes->finish(picture));
+          else
+            writer.add(x, y, picture);
+        }
       }
     return counts;
   }
 
  private:
-  Vec4 render_sample(int x, int y, uint32_t sample, RayCounts& counts) const {
+  Vec4 render_sample(int x, int y, uint32_t sample, RayCounts& counts, PassRecorder* passes) const {
     RenderContext& context = render_context();
     context.pixel_x = x;
     context.pixel_y = y;
@@ -39,7 +49,7 @@ class PathTracer final : public Integrator {
     const Vec2 raster(static_cast<float>(x) + 0.5f + offset.x, static_cast<float>(y) + 0.5f + offset.y);
     const Vec2 lens = scene_->profile().depth_of_field ? sampler.get_2d(k_dimension_lens) : Vec2(0.0f);
     const CameraRay ray = scene_->camera().sample_ray(raster, lens);
-    path_tracer::Kernel<profile> kernel(*scene_, settings_, sampler, counts);
+    path_tracer::Kernel<profile> kernel(*scene_, settings_, sampler, counts, passes);
     const PathEstimate estimate = kernel.run(ray);
     const Color radiance = estimate.radiance * settings_.exposure;
     return {radiance.x, radiance.y, radiance.z, 1.0f - estimate.transparency};

@@ -1,0 +1,52 @@
+#include "engine/film/film_channel.h"
+
+#include <fmt/format.h>
+
+namespace lambent {
+
+FilmLayout::FilmLayout(const std::vector<FilmChannel>& channels) {
+  for (const FilmChannel& channel : channels) {
+    Place& place = places.emplace_back();
+    place.sample = sample_floats;
+    place.sum = sums;
+    switch (channel.rule) {
+      case ChannelRule::mean:
+      case ChannelRule::first:
+        sample_floats += channel.components;
+        sums += channel.components;
+        break;
+      case ChannelRule::ids:
+        sample_floats += 2 * k_ids_a_sample;
+        place.id = id_slots;
+        place.slots = channel.components;
+        id_slots += place.slots;
+        break;
+      case ChannelRule::error:
+        sums += channel.components;
+        break;
+      case ChannelRule::sample_count:
+        break;
+    }
+    if (channel.splats) place.plane = planes++;
+    if (!channel.hidden) {
+      place.output = output_floats;
+      output_floats += channel.components;
+    }
+    plain = plain && channel.rule == ChannelRule::mean && channel.divided_by < 0 && !channel.hidden;
+  }
+}
+
+std::vector<Channel> output_channels(const std::vector<FilmChannel>& channels) {
+  std::vector<Channel> result;
+  for (const FilmChannel& channel : channels) {
+    if (channel.hidden) continue;
+    if (channel.rule != ChannelRule::ids) {
+      result.push_back({channel.name, channel.components, channel.letters});
+      continue;
+    }
+    for (int i = 0; i < channel.components / 4; ++i) result.push_back({fmt::format("{}{:02}", channel.name, i), 4, channel.letters});
+  }
+  return result;
+}
+
+}  // namespace lambent

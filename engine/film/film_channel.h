@@ -1,0 +1,55 @@
+// The channels of a film: how the values of many samples make a pixel's.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "engine/film/rectangle.h"
+
+namespace lambent {
+
+enum class ChannelRule : uint8_t {
+  mean,          ///< of the samples
+  first,         ///< the value of the pixel's first sample: for what has no mean, such as indices
+  ids,           ///< which ids (floats, compared bit by bit) the samples met and with what share: see FilmChannel
+  sample_count,  ///< takes nothing of a sample
+  error,         ///< standard error of the mean of the picture's R, G, B, splats left out; takes nothing of a sample
+};
+
+/// Ids that one sample brings at most, each with its weight: what lies behind several transparent surfaces.
+inline constexpr int k_ids_a_sample = 8;
+
+struct FilmChannel {
+  std::string name;
+  /// Of a pixel. ids: 2 a level, (id, coverage) from the largest coverage down; a multiple of 4, and a reader gets
+  /// channels of 4 named name00, name01 ...
+  int components = 4;
+  ChannelRule rule = ChannelRule::mean;
+  int divided_by = -1;  ///< number of a mean channel with as many components: a pixel is the ratio, 0 where that is 0
+  bool hidden = false;  ///< summed for others' sake, not read
+  std::string letters = {};  ///< Channel::letters
+  bool splats = false;  ///< takes splats in its first three components. Where the film takes none: nothing
+};
+
+/// Where everything of a channel lies.
+struct FilmLayout {
+  struct Place {
+    int sample = 0;      ///< first of its floats in a sample
+    int sum = 0;         ///< first of its sums in a pixel
+    int id = -1;         ///< ids: first of its slots in a pixel
+    int slots = 0;       ///< ids: number of them; more than levels, so that what comes late and often is not lost
+    int plane = -1;      ///< of the splats; -1: takes none
+    int output = -1;     ///< first of its floats in a pixel as read; -1: hidden
+  };
+  std::vector<Place> places;  ///< by channel
+  int sample_floats = 0, sums = 0, id_slots = 0, planes = 0, output_floats = 0;
+  bool plain = true;  ///< nothing but means, all read as they are
+
+  explicit FilmLayout(const std::vector<FilmChannel>& channels = {});
+};
+
+/// The channels that a reader gets, in order.
+std::vector<Channel> output_channels(const std::vector<FilmChannel>& channels);
+
+}  // namespace lambent

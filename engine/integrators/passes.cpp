@@ -1,0 +1,528 @@
+#include "engine/integrators/passes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <set>
+
+#include "engine/base/hash.h"
+#include "engine/path/shadow_ray.h"
+#include "engine/path/surface.h"
+#include "engine/path/transmittance.h"
+#include "engine/sampling/warp.h"
+
+namespace lambent {
+
+namespace {
+
+struct Kind {
+  const char* name;
+  PassKind kind;
+  const char* letters;  ///< Channel::letters, as Blender has them
+  bool light = false;   ///< sums what paths bring
+};
+constexpr bool k_light = true;
+
+constexpr Kind k_kinds[] = {{"depth", PassKind::depth, "Z"},
+                            {"mist", PassKind::mist, "Z"},
+                            {"position", PassKind::position, "XYZ"},
+                            {"normal", PassKind::normal, "XYZ"},
+                            {"uv", PassKind::uv, "UVA"},
+                            {"object_index", PassKind::object_index, "X"},
+                            {"material_index", PassKind::material_index, "X"},
+                            {"diffuse_direct", PassKind::diffuse_direct, "RGB", k_light},
+                            {"diffuse_indirect", PassKind::diffuse_indirect, "RGB", k_light},
+                            {"diffuse_color", PassKind::diffuse_color, "RGB"},
+                            {"glossy_direct", PassKind::glossy_direct, "RGB", k_light},
+                            {"glossy_indirect", PassKind::glossy_indirect, "RGB", k_light},
+                            {"glossy_color", PassKind::glossy_color, "RGB"},
+                            {"transmission_direct", PassKind::transmission_direct, "RGB", k_light},
+                            {"transmission_indirect", PassKind::transmission_indirect, "RGB", k_light},
+                            {"transmission_color", PassKind::transmission_color, "RGB"},
+                            {"volume_direct", PassKind::volume_direct, "RGB"},
+                            {"volume_indirect", PassKind::volume_indirect, "RGB"},
+                            {"emission", PassKind::emission, "RGB", k_light},
+                            {"environment", PassKind::environment, "RGB", k_light},
+                            {"ambient_occlusion", PassKind::ambient_occlusion, "RGB"},
+                            {"shadow", PassKind::shadow, "RGB"},
+                            {"sample_count", PassKind::sample_count, "X"},
+                            {"noisy", PassKind::noisy, "RGBA", k_light},
+                            {"denoising_albedo", PassKind::denoising_albedo, "RGB"},
+                            {"denoising_normal", PassKind::denoising_normal, "XYZ"},
+                            {"denoising_depth", PassKind::denoising_depth, "Z"},
+                            {"aov_color", PassKind::aov_color, "RGBA"},
+                            {"aov_value", PassKind::aov_value, "X"},
+                            {"light_group", PassKind::light_group, "RGB", k_light},
+                            {"cryptomatte_object", PassKind::cryptomatte_object, "rgba"},
+                            {"cryptomatte_material", PassKind::cryptomatte_material, "rgba"},
+                            {"cryptomatte_asset", PassKind::cryptomatte_asset, "rgba"},
+                            {"caustics_direct", PassKind::caustics_direct, "RGB", k_light},
+                            {"caustics_indirect", PassKind::caustics_indirect, "RGB", k_light},
+                            {"technique_unidirectional", PassKind::technique_unidirectional, "RGB", k_light},
+                            {"technique_connection", PassKind::technique_connection, "RGB", k_light},
+                            {"technique_merging", PassKind::technique_merging, "RGB", k_light},
+                            {"light_path", PassKind::light_path, "RGB", k_light},
+                            {"error", PassKind::error, "RGB"},
+                            {"time", PassKind::time, "X"}};
+
+constexpr float k_no_depth = 1e10f;
+constexpr int k_most_levels = 32;
+
+bool is_cryptomatte(PassKind kind) {
+  return kind >= PassKind::cryptomatte_object && kind <= PassKind::cryptomatte_asset;
+}
+
+/// The kind of the colour that a pass of scattered light is divided by.
+std::optional<PassKind> color_of(PassKind kind) {
+  switch (kind) {
+    case PassKind::diffuse_direct:
+    case PassKind::diffuse_indirect:
+      return PassKind::diffuse_color;
+    case PassKind::glossy_direct:
+    case PassKind::glossy_indirect:
+      return PassKind::glossy_color;
+    case PassKind::transmission_direct:
+    case PassKind::transmission_indirect:
+      return PassKind::transmission_color;
+    case PassKind::shadow:
+      return PassKind::unshadowed;
+    default:
+      return std::nullopt;
+  }
+}
+
+bool is_diffuse(uint8_t event) { return event & k_scatter_diffuse; }
+
+/// Number, counted from x_1 = 0, of the diffuse event from which on all are glossy or singular, at least one of them;
+/// -1: the path makes no caustic.
+int caustic_receiver(const PathSignature& path) {
+  int i = path.vertices - 1;
+  if (i < 1 || path.events.count != path.vertices || path.vertices > 16) return -1;
+  while (i >= 1 && !is_diffuse(path.events[i])) --i;
+  return i == path.vertices - 1 ? -1 : i;
+}
+
+}  // namespace
+
+std::vector<std::string> pass_kind_names() {
+  std::vector<std::string> names;
+  for (const Kind& kind : k_kinds) names.emplace_back(kind.name);
+  return names;
+}
+
+// --- The plan --------------------------------------------------------------------------------------------------------
+
+std::shared_ptr<const PassPlan> PassPlan::create(const std::vector<PassRequest>& requests, const Scene& scene,
+                                                 const PassSettings& settings, Report& report) {
+  const auto plan = std::make_shared<PassPlan>();
+  plan->settings_ = settings;
+  std::set<std::string> names{"combined"};
+  size_t channels = 1;
+  for (const PassRequest& request : requests) {
+    const auto leave_out = [&](const std::string& why) {
+      report.warning("pass", request.name, fmt::format("Pass '{}' is left out: {}", request.name, why));
+    };
+    const auto kind =
+        std::find_if(std::begin(k_kinds), std::end(k_kinds), [&](const Kind& k) { return request.kind == k.name; });
+    if (kind == std::end(k_kinds)) {
+      leave_out(fmt::format("there is no kind '{}' of pass", request.kind));
+    } else if (!names.insert(request.name).second) {
+      leave_out("another one has its name");
+    } else if (++channels > k_most_channels) {
+      leave_out(fmt::format("there are more than {} passes", k_most_channels));
+    } else {
+      plan->add(request, kind->kind, scene, report);
+    }
+  }
+  if (plan->passes_.empty()) return nullptr;
+  const size_t asked = plan->passes_.size();
+  for (size_t i = 0; i < asked; ++i) plan->divide_by(i);
+  plan->layout_ = FilmLayout(plan->channels_);
+  for (const Pass& pass : plan->passes_) {
+    plan->events_ = plan->events_ || pass.expression || pass.kind == PassKind::caustics_direct ||
+                    pass.kind == PassKind::caustics_indirect;
+    const FilmLayout::Place& place = plan->layout_.places[static_cast<size_t>(pass.channel)];
+    for (const Kind& kind : k_kinds)
+      if (kind.kind == pass.kind && kind.light) plan->light_passes_.push_back({&pass, place.sample, place.plane});
+  }
+  return plan;
+}
+
+void PassPlan::add(const PassRequest& request, PassKind kind, const Scene& scene, Report& report) {
+  const Kind& entry = *std::find_if(std::begin(k_kinds), std::end(k_kinds), [&](const Kind& k) { return k.kind == kind; });
+  FilmChannel channel{.name = request.name,
+                      .components = static_cast<int>(std::strlen(entry.letters)),
+                      .letters = entry.letters,
+                      .splats = entry.light};
+  Pass pass;
+  pass.kind = kind;
+  if (is_cryptomatte(kind)) {
+    int levels = 6;
+    std::from_chars(request.argument.data(), request.argument.data() + request.argument.size(), levels);
+    channel.components = 4 * ((std::clamp(levels, 1, k_most_levels) + 1) / 2);
+    channel.rule = ChannelRule::ids;
+  } else if (kind == PassKind::depth || kind == PassKind::position || kind == PassKind::object_index ||
+             kind == PassKind::material_index) {
+    channel.rule = ChannelRule::first;
+  } else if (kind == PassKind::sample_count) {
+    channel.rule = ChannelRule::sample_count;
+  } else if (kind == PassKind::error) {
+    channel.rule = ChannelRule::error;
+  } else if (kind == PassKind::aov_color || kind == PassKind::aov_value) {
+    pass.aov = request.argument;
+  } else if (kind == PassKind::light_group) {
+    const std::vector<std::string>& groups = scene.light_groups();
+    const auto found = std::find(groups.begin(), groups.end(), request.argument);
+    // A group without lights is black: a number that no light has.
+    pass.group = static_cast<uint16_t>(found == groups.end() ? 0xffff : found - groups.begin() + 1);
+    if (request.argument.empty()) pass.group = 0;
+  } else if (kind == PassKind::light_path) {
+    Result<LightPathExpression> expression = LightPathExpression::parse(request.argument, scene.light_groups());
+    if (!expression) {
+      report.warning("pass", request.name,
+                     fmt::format("Pass '{}' is left out: in its expression '{}', {}", request.name, request.argument,
+                                 expression.error()));
+      return;
+    }
+    pass.expression = std::move(*expression);
+  }
+  pass.channel = static_cast<int>(channels_.size());
+  channels_.push_back(std::move(channel));
+  passes_.push_back(std::move(pass));
+}
+
+/// Light passes are divided by the colour of what scatters it: hidden where it is not asked for itself.
+void PassPlan::divide_by(size_t index) {
+  const std::optional<PassKind> divisor = color_of(passes_[index].kind);
+  if (!divisor) return;
+  auto found = std::find_if(passes_.begin(), passes_.end(), [&](const Pass& pass) { return pass.kind == *divisor; });
+  if (found == passes_.end()) {
+    Pass pass;
+    pass.kind = *divisor;
+    pass.channel = static_cast<int>(channels_.size());
+    channels_.push_back({.name = {}, .components = 3, .hidden = true});
+    passes_.push_back(std::move(pass));
+    found = passes_.end() - 1;
+  }
+  channels_[static_cast<size_t>(passes_[index].channel)].divided_by = found->channel;
+}
+
+// --- The camera walk -----------------------------------------------------------------------------------------------
+
+PassRecorder::PassRecorder(const PassPlan& plan, const Scene& scene)
+    : plan_(plan), scene_(scene), values_(static_cast<size_t>(plan.layout_.sample_floats), 0.0f) {}
+
+float PassRecorder::random() {
+  random_state_ = hash_combine(random_state_, 1);
+  return unit_float(random_state_);
+}
+
+void PassRecorder::begin(int x, int y, uint32_t sample) {
+  start_ = std::chrono::steady_clock::now();
+  std::fill(values_.begin(), values_.end(), 0.0f);
+  random_state_ = hash_combine(hash_combine(hash_combine(plan_.settings_.seed, static_cast<uint32_t>(x)),
+                                            static_cast<uint32_t>(y)),
+                               sample);
+  vertices_ = 0;
+  events_ = {};
+  saw_surface_ = false;
+  for (const PassPlan::Pass& pass : plan_.passes_)
+    if (pass.kind == PassKind::depth) *at(pass) = k_no_depth;
+}
+
+void PassRecorder::visible(const SurfaceHit& hit, const SurfaceBinding& binding, const ShadingPoint& point,
+                           const Bsdf& bsdf, const Color& throughput) {
+  const float opacity = 1.0f - average(bsdf.transparency());
+  const float seen = average(throughput);
+  const bool first = !saw_surface_ && (opacity >= plan_.settings_.alpha_threshold || !binding.program->traits().may_be_transparent);
+  for (const PassPlan::Pass& pass : plan_.passes_) {
+    switch (pass.kind) {
+      case PassKind::diffuse_color:
+        add_to(pass, throughput * bsdf.class_albedo(LobeClass::diffuse, point.wi_world));
+        break;
+      case PassKind::glossy_color:
+        add_to(pass, throughput * bsdf.class_albedo(LobeClass::glossy, point.wi_world));
+        break;
+      case PassKind::transmission_color:
+        add_to(pass, throughput * bsdf.class_albedo(LobeClass::transmission, point.wi_world));
+        break;
+      case PassKind::denoising_albedo: {
+        Color albedo = bsdf.emission();
+        for (const LobeClass c : {LobeClass::diffuse, LobeClass::glossy, LobeClass::transmission})
+          albedo += bsdf.class_albedo(c, point.wi_world);
+        add_to(pass, throughput * albedo);
+        break;
+      }
+      case PassKind::mist: {
+        // What is seen of the mist's opposite; finish() turns it round.
+        const Vec3 p = scene_.view().camera_from_world.point(point.p_world);
+        const float distance = scene_.view().perspective ? length(p) : std::fabs(p.z);
+        const float depth = plan_.settings_.mist_depth_m;
+        float mist = std::clamp((distance - plan_.settings_.mist_start_m) / (depth > 0.0f ? depth : 1e-6f), 0.0f, 1.0f);
+        mist = std::pow(mist, plan_.settings_.mist_exponent);
+        *at(pass) += (1.0f - mist) * seen * opacity;
+        break;
+      }
+      case PassKind::ambient_occlusion:
+        if (opacity > 0.0f) add_to(pass, Color(occlusion(hit, point) * seen * opacity));
+        break;
+      case PassKind::shadow: {
+        Color shadowed(0.0f), unshadowed(0.0f);
+        received(hit, point, bsdf, shadowed, unshadowed);
+        add_to(pass, throughput * shadowed);
+        for (const PassPlan::Pass& other : plan_.passes_)
+          if (other.kind == PassKind::unshadowed) add_to(other, throughput * unshadowed);
+        break;
+      }
+      case PassKind::aov_color:
+      case PassKind::aov_value: {
+        const int aov = binding.program->find_aov(pass.aov);
+        float* to = at(pass);
+        const float weight = seen * opacity;
+        if (pass.kind == PassKind::aov_color) to[3] += weight;
+        if (aov < 0 || weight == 0.0f) break;
+        const Color value =
+            binding.program->aov(aov, pass.kind == PassKind::aov_value, point, scene_.textures()) * weight;
+        to[0] += value.x;
+        if (pass.kind == PassKind::aov_value) break;
+        to[1] += value.y;
+        to[2] += value.z;
+        break;
+      }
+      case PassKind::cryptomatte_object:
+        add_id(pass, scene_.ids(point.object_index).object, seen * opacity);
+        break;
+      case PassKind::cryptomatte_asset:
+        add_id(pass, scene_.ids(point.object_index).asset, seen * opacity);
+        break;
+      case PassKind::cryptomatte_material:
+        add_id(pass, binding.material_id, seen * opacity);
+        break;
+      default:
+        if (first) first_surface(pass, hit, point, bsdf, seen);
+    }
+  }
+  saw_surface_ = saw_surface_ || first;
+}
+
+void PassRecorder::first_surface(const PassPlan::Pass& pass, const SurfaceHit& hit, const ShadingPoint& point,
+                                 const Bsdf& bsdf, float seen) {
+  float* to = at(pass);
+  const auto put = [&](const Vec3& v) {
+    to[0] = v.x;
+    to[1] = v.y;
+    to[2] = v.z;
+  };
+  const auto mean_normal = [&] {
+    Vec3 sum(0.0f);
+    for (const Lobe& lobe : bsdf.lobes())
+      if (lobe.kind != LobeKind::transparent) sum += lobe.n * average(lobe.weight);
+    const Vec3 n = normalize(sum);
+    return length_squared(n) > 0.0f && is_finite(n) ? n : point.ns_world;
+  };
+  switch (pass.kind) {
+    case PassKind::depth:
+      *to = scene_.view().camera_from_world.point(point.p_world).z;
+      break;
+    case PassKind::denoising_depth:
+      *to = length(point.p_world - scene_.camera().origin()) * seen;
+      break;
+    case PassKind::position:
+      put(point.p_world + point.origin_shift);
+      break;
+    case PassKind::object_index:
+      *to = static_cast<float>(point.object_pass_index);
+      break;
+    case PassKind::material_index:
+      *to = static_cast<float>(point.material_pass_index);
+      break;
+    case PassKind::normal:
+      put(mean_normal() * seen);
+      break;
+    case PassKind::denoising_normal:
+      put(scene_.view().camera_from_world.vector(mean_normal()) * seen);
+      break;
+    case PassKind::uv: {
+      const int uv = hit.mesh->find_uv({});
+      if (uv < 0) break;
+      const Vec4 value = hit.mesh->attribute(uv, hit.primitive, hit.barycentric);
+      put(Vec3(value.x, value.y, 1.0f) * seen);
+      break;
+    }
+    default:
+      break;
+  }
+}
+
+/// Whether a ray from the point, by the cosine, meets nothing within the distance that the world asks for.
+float PassRecorder::occlusion(const SurfaceHit& hit, const ShadingPoint& point) {
+  const Vec2 u(random(), random());
+  const Vec3 direction = Frame::from_normal(point.ns_world).to_world(sample_cosine_hemisphere(u));
+  if (!(dot(direction, point.ng_world) > 0.0f)) return 0.0f;
+  const Vec3 origin = offset_origin(hit.p_world, hit.p_error, hit.ng_world, direction);
+  const Ray ray{origin, 0.0f, direction, plan_.settings_.ambient_occlusion_distance_m, k_visible_shadow};
+  return average(segment_transmittance<true>(scene_, ray, {k_ray_shadow, 1, 0, 0, 0, 0},
+                                             plan_.settings_.transparent_bounces));
+}
+
+/// One sampled light with and without what stands before it.
+void PassRecorder::received(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, Color& shadowed,
+                            Color& unshadowed) {
+  if (!bsdf.has_non_delta() || scene_.lights().empty()) return;
+  const float u_selection = random();
+  const Vec2 u_position(random(), random());
+  const LightSample light = scene_.lights().sample(hit.p_world, light_receiver_normal(bsdf, point.ng_world),
+                                                   u_selection, u_position);
+  if (!light || !(light.pdf_solid_angle > 0.0f)) return;
+  const PathCounts counts{k_ray_shadow, 1, 0, 0, 0, 0};
+  const Color f = bsdf.eval(point.wi_world, light.direction_world, Transport::radiance, ReversePdf::no).f_cos;
+  unshadowed = f * scene_.sample_radiance(light, counts) * (1.0f / light.pdf_solid_angle);
+  if (is_black(unshadowed)) return;
+  shadowed = unshadowed;
+  if (light.traits->shadows)
+    shadowed *= segment_transmittance<true>(scene_, shadow_ray(scene_, hit, light), counts,
+                                            plan_.settings_.transparent_bounces);
+}
+
+void PassRecorder::scattered(const Bsdf& bsdf, const Vec3& wi_world, const BsdfSample& sample) {
+  const bool delta = sample.event & k_scatter_delta;
+  if (vertices_ == 0)
+    first_ = delta ? ClassShares::all_of(sample.event & k_scatter_transmission ? LobeClass::transmission : LobeClass::glossy)
+                   : bsdf.class_shares(wi_world, sample.wo_world);
+  if (plan_.events_) events_.append(delta ? sample.event : event_at(bsdf, wi_world, sample.wo_world));
+  ++vertices_;
+}
+
+uint8_t PassRecorder::event_at(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world) {
+  return event_by_share(bsdf, wi_world, wo_world, random());
+}
+
+void PassRecorder::met(const Color& value, LightSource source, uint16_t group) {
+  add(value, {vertices_, vertices_ > 0 ? &first_ : nullptr, events_, source, group, Technique::emission_hit});
+  if (source == LightSource::background && vertices_ == 0) add_background_albedo(value);
+}
+
+void PassRecorder::see_through(const Vec3& direction_world, const Color& throughput, const PathCounts& counts) {
+  scene_.lights().for_each_infinite(direction_world, counts.ray_kind, [&](const LightHit& hit) {
+    const Color value = throughput * scene_.light_radiance(hit, counts);
+    const PathSignature path{0, nullptr, {}, scene_.source_of(hit.light), hit.traits->group, Technique::emission_hit};
+    for (const PassPlan::LightPass& light : plan_.light_passes_) {
+      Color part;
+      const bool shown = light.pass->kind == PassKind::environment || light.pass->kind == PassKind::light_group;
+      if (shown && takes(*light.pass, path, value, part)) add_to(*light.pass, part * plan_.settings_.exposure);
+    }
+    if (path.source == LightSource::background) add_background_albedo(value);
+  });
+}
+
+void PassRecorder::add_background_albedo(const Color& value) {
+  for (const PassPlan::Pass& pass : plan_.passes_)
+    if (pass.kind == PassKind::denoising_albedo) add_to(pass, value);
+}
+
+void PassRecorder::joined(const Color& value, const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world,
+                          Technique technique, const EventSequence& light_side, LightSource source, uint16_t group) {
+  PathSignature path{vertices_ + 1 + light_side.count, &first_, {}, source, group, technique};
+  ClassShares here;
+  if (vertices_ == 0) {
+    here = bsdf.class_shares(wi_world, wo_world);
+    path.first = &here;
+  }
+  if (plan_.events_) {
+    path.events = events_;
+    path.events.append(event_at(bsdf, wi_world, wo_world));
+    path.events.append_packed(light_side.bits, light_side.count);
+  }
+  add(value, path);
+}
+
+std::span<const float> PassRecorder::finish(const Vec4& picture) {
+  const float all[4] = {picture.x, picture.y, picture.z, picture.w};
+  std::copy_n(all, 4, values_.begin());
+  for (const PassPlan::Pass& pass : plan_.passes_) {
+    if (pass.kind == PassKind::noisy) std::copy_n(all, 4, at(pass));
+    if (pass.kind == PassKind::mist) *at(pass) = 1.0f - *at(pass);
+    if (pass.kind == PassKind::time)
+      *at(pass) = std::chrono::duration<float, std::micro>(std::chrono::steady_clock::now() - start_).count();
+  }
+  return values_;
+}
+
+// --- Where values go -----------------------------------------------------------------------------------------------
+
+bool PassRecorder::takes(const PassPlan::Pass& pass, const PathSignature& path, const Color& value, Color& part) {
+  const auto of_class = [&](LobeClass c) {
+    part = value * path.first->of[static_cast<int>(c)];
+    return !is_black(part);
+  };
+  const int n = path.vertices;
+  part = value;
+  switch (pass.kind) {
+    case PassKind::diffuse_direct:
+      return n == 1 && of_class(LobeClass::diffuse);
+    case PassKind::diffuse_indirect:
+      return n > 1 && of_class(LobeClass::diffuse);
+    case PassKind::glossy_direct:
+      return n == 1 && of_class(LobeClass::glossy);
+    case PassKind::glossy_indirect:
+      return n > 1 && of_class(LobeClass::glossy);
+    case PassKind::transmission_direct:
+      return n == 1 && of_class(LobeClass::transmission);
+    case PassKind::transmission_indirect:
+      return n > 1 && of_class(LobeClass::transmission);
+    case PassKind::emission:
+      return n == 0 && path.source != LightSource::background;
+    case PassKind::environment:
+      return n == 0 && path.source == LightSource::background;
+    case PassKind::light_group:
+      return path.group == pass.group;
+    case PassKind::caustics_direct:
+      // The receiver's own scattering counts by share, the events after it as they were chosen.
+      return caustic_receiver(path) == 0 && of_class(LobeClass::diffuse);
+    case PassKind::caustics_indirect:
+      return caustic_receiver(path) > 0;
+    case PassKind::technique_unidirectional:
+      return path.technique == Technique::emission_hit || path.technique == Technique::next_event;
+    case PassKind::technique_connection:
+      return path.technique == Technique::connection || path.technique == Technique::light_tracing;
+    case PassKind::technique_merging:
+      return path.technique == Technique::merging;
+    case PassKind::light_path:
+      return pass.expression->matches(path.events, path.source, path.group);
+    case PassKind::noisy:
+      return true;
+    default:
+      return false;
+  }
+}
+
+void PassRecorder::add(const Color& value, const PathSignature& path) {
+  for (const PassPlan::LightPass& light : plan_.light_passes_) {
+    Color part;
+    if (light.pass->kind != PassKind::noisy && takes(*light.pass, path, value, part))
+      add_to(*light.pass, part * plan_.settings_.exposure);
+  }
+}
+
+void PassRecorder::add_to(const PassPlan::Pass& pass, const Color& value) {
+  float* to = at(pass);
+  to[0] += value.x;
+  to[1] += value.y;
+  to[2] += value.z;
+}
+
+void PassRecorder::add_id(const PassPlan::Pass& pass, float id, float weight) {
+  if (!(weight > 0.0f)) return;
+  float* slot = at(pass);
+  for (int i = 0; i < k_ids_a_sample; ++i, slot += 2) {
+    if (slot[1] > 0.0f && slot[0] != id && i + 1 < k_ids_a_sample) continue;
+    if (!(slot[1] > 0.0f)) slot[0] = id;
+    slot[1] += weight;
+    return;
+  }
+}
+
+}  // namespace lambent

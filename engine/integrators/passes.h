@@ -1,0 +1,210 @@
+// Passes: what a sample adds to them, the same in every integrator.
+//
+// A pass of light is a rule over the path that brought the light (its events, its light, its technique); a pass of data
+// is what the camera sees first. PassPlan turns what the user asked for into film channels; a PassRecorder follows one
+// camera walk (and the light walks that splat) and fills a sample of them. Nothing of this exists in a render that asks
+// for no passes.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/base/report.h"
+#include "engine/film/film.h"
+#include "engine/path/event_counts.h"
+#include "engine/path/light_path_expression.h"
+#include "engine/path/technique.h"
+#include "engine/scene/scene.h"
+
+namespace lambent {
+
+/// PROTOCOL.md, section "Passes", says what each shows.
+enum class PassKind : uint8_t {
+  depth,
+  mist,
+  position,
+  normal,
+  uv,
+  object_index,
+  material_index,
+  diffuse_direct,
+  diffuse_indirect,
+  diffuse_color,
+  glossy_direct,
+  glossy_indirect,
+  glossy_color,
+  transmission_direct,
+  transmission_indirect,
+  transmission_color,
+  volume_direct,
+  volume_indirect,
+  emission,
+  environment,
+  ambient_occlusion,
+  shadow,
+  sample_count,
+  noisy,
+  denoising_albedo,
+  denoising_normal,
+  denoising_depth,
+  aov_color,
+  aov_value,
+  light_group,
+  cryptomatte_object,
+  cryptomatte_material,
+  cryptomatte_asset,
+  caustics_direct,
+  caustics_indirect,
+  technique_unidirectional,
+  technique_connection,
+  technique_merging,
+  light_path,
+  error,
+  time,
+  unshadowed  ///< what `shadow` is divided by; nobody asks for it
+};
+
+/// Names that a client may ask for.
+std::vector<std::string> pass_kind_names();
+
+struct PassRequest {
+  std::string name;      ///< of the channel
+  std::string kind;      ///< one of pass_kind_names()
+  std::string argument;  ///< what the kind asks for
+};
+
+struct PassSettings {
+  float mist_start_m = 5.0f, mist_depth_m = 25.0f;
+  float mist_exponent = 2.0f;  ///< 1 linear, 2 quadratic, 0.5 inverse quadratic
+  float ambient_occlusion_distance_m = 10.0f;
+  float alpha_threshold = 0.5f;
+  int transparent_bounces = 8;
+  float exposure = 1.0f;
+  uint32_t seed = 0;
+  int64_t samples = 0;  ///< asked for; 0: unlimited
+};
+
+/// The passes of one render. Immutable.
+class PassPlan {
+ public:
+  /// Passes that cannot be made (unknown kinds and arguments, names given twice, too many) are reported by name and left
+  /// out. Null if none is left.
+  static std::shared_ptr<const PassPlan> create(const std::vector<PassRequest>& requests, const Scene& scene,
+                                                const PassSettings& settings, Report& report);
+
+  static constexpr size_t k_most_channels = 256;
+
+  /// For the film: the picture first, then the passes in the order of the requests, hidden ones last.
+  const std::vector<FilmChannel>& channels() const { return channels_; }
+  const PassSettings& settings() const { return settings_; }
+  /// Some pass asks for the sequence of events.
+  bool wants_events() const { return events_; }
+
+ private:
+  friend class PassRecorder;
+  struct Pass {
+    PassKind kind;
+    int channel;
+    uint16_t group = 0;
+    std::string aov;
+    std::optional<LightPathExpression> expression;
+  };
+  /// A pass of light with where its values go.
+  struct LightPass {
+    const Pass* pass;
+    int sample, plane;
+  };
+
+  void add(const PassRequest& request, PassKind kind, const Scene& scene, Report& report);
+  void divide_by(size_t pass);
+
+  PassSettings settings_;
+  std::vector<FilmChannel> channels_{{.name = "combined", .splats = true}};
+  std::vector<Pass> passes_;
+  FilmLayout layout_;
+  std::vector<LightPass> light_passes_;
+  bool events_ = false;
+};
+
+/// What light came through, for the passes of light.
+struct PathSignature {
+  int vertices = 0;                     ///< n of technique.h
+  const ClassShares* first = nullptr;   ///< of the scattering at x_1; null if n = 0
+  EventSequence events;                 ///< at x_1 ... x_n; kept only if a pass asks for it
+  LightSource source = LightSource::lamp;
+  uint16_t group = 0;                   ///< number of the light's group
+  Technique technique = Technique::emission_hit;
+};
+
+/// One thread's: follows one sample at a time.
+class PassRecorder {
+ public:
+  /// Keeps references.
+  PassRecorder(const PassPlan& plan, const Scene& scene);
+
+  // --- The camera walk, in this order -------------------------------------------------------------------------------
+  void begin(int x, int y, uint32_t sample);
+  /// A surface that the camera sees: directly or through transparent ones, whose transmittance is `throughput`.
+  void visible(const SurfaceHit& hit, const SurfaceBinding& binding, const ShadingPoint& point, const Bsdf& bsdf,
+               const Color& throughput);
+  /// The walk scattered at its next vertex.
+  void scattered(const Bsdf& bsdf, const Vec3& wi_world, const BsdfSample& sample);
+  /// Light that the walk met.
+  void met(const Color& value, LightSource source, uint16_t group);
+  /// The camera sees the world along `direction` through a transparent film: no part of the picture, but of what shows
+  /// the world (as in Cycles).
+  void see_through(const Vec3& direction_world, const Color& throughput, const PathCounts& counts);
+  /// Light that was joined to the walk at its newest vertex, seen from `wi_world`, along `wo_world`; `light_side` are the
+  /// events at x_(m+1) ... x_n (what connections join last is the first of them).
+  void joined(const Color& value, const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world, Technique technique,
+              const EventSequence& light_side, LightSource source, uint16_t group);
+  /// The sample's floats, for TileWriter::add. `picture` is the film's first channel.
+  std::span<const float> finish(const Vec4& picture);
+
+  // --- Light walks --------------------------------------------------------------------------------------------------
+  /// What a light walk's vertex sends to the lens: calls splat(plane, color) for each pass of light that takes some.
+  template <typename Splat>
+  void splatted(const Color& value, const PathSignature& signature, Splat&& splat) const {
+    for (const PassPlan::LightPass& light : plan_.light_passes_) {
+      if (light.plane < 0) continue;
+      Color part;
+      if (takes(*light.pass, signature, value, part)) splat(light.plane, part);
+    }
+  }
+  bool wants_events() const { return plan_.events_; }
+  /// An event for a pair of directions, chosen by what each kind of lobe has of the light.
+  uint8_t event_at(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world);
+  /// Uniform in [0, 1).
+  float random();
+
+ private:
+  static bool takes(const PassPlan::Pass& pass, const PathSignature& path, const Color& value, Color& part);
+  void add(const Color& value, const PathSignature& path);
+  void add_to(const PassPlan::Pass& pass, const Color& value);
+  void add_background_albedo(const Color& value);
+  void add_id(const PassPlan::Pass& pass, float id, float weight);
+  void first_surface(const PassPlan::Pass& pass, const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf,
+                     float seen);
+  float occlusion(const SurfaceHit& hit, const ShadingPoint& point);
+  void received(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, Color& shadowed, Color& unshadowed);
+  float* at(const PassPlan::Pass& pass) {
+    return values_.data() + plan_.layout_.places[static_cast<size_t>(pass.channel)].sample;
+  }
+
+  const PassPlan& plan_;
+  const Scene& scene_;
+  std::vector<float> values_;
+  uint32_t random_state_ = 0;
+  std::chrono::steady_clock::time_point start_;
+  // The camera walk under way.
+  int vertices_ = 0;
+  ClassShares first_;  ///< at x_1
+  EventSequence events_;
+  bool saw_surface_ = false;  ///< one that is opaque enough for depth, indices...
+};
+
+}  // namespace lambent

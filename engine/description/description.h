@@ -138,9 +138,9 @@ struct Object {
   int pass_index = 0;
   std::array<float, 4> color{1, 1, 1, 1};
   std::map<std::string, std::array<float, 4>> attributes;  ///< what the shaders of all its faces may read by name
-  std::string light_group;   ///< of what its shaders emit
-  std::string asset;         ///< its name in the cryptomatte of assets; empty: its own
-  bool holdout = false;      ///< the camera sees a hole there
+  std::string light_group;                                 ///< of what its shaders emit
+  std::string asset;                                       ///< its name in the cryptomatte of assets; empty: its own
+  bool holdout = false;                                    ///< the camera sees a hole there
 };
 
 enum class CameraType : uint8_t { perspective, orthographic };
@@ -170,7 +170,7 @@ enum class PixelFilter : uint8_t { box, gaussian, blackman_harris };
 
 /// A pass that the picture shall have. Kinds: PROTOCOL.md.
 struct Pass {
-  std::string name;      ///< of its channel, the client's choice
+  std::string name;  ///< of its channel, the client's choice
   std::string kind;
   std::string argument;  ///< what the kind asks for: a light group, an AOV, a number of levels, an expression
   friend bool operator==(const Pass&, const Pass&) = default;

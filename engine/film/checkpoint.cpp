@@ -165,8 +165,8 @@ Status Film::load(const std::string& path, const std::string& identity) {
   };
   char beyond;
   const Part light_paths_part{&light_paths, s.splats ? sizeof light_paths : 0};
-  for (const Part& p : {part(sums), part(ids), part(id_weights), part(counts), part(second_moments), part(stopped), light_paths_part, part(splats),
-                        Part{&beyond, 1}}) {
+  for (const Part& p : {part(sums), part(ids), part(id_weights), part(counts), part(second_moments), part(stopped),
+                        light_paths_part, part(splats), Part{&beyond, 1}}) {
     ZSTD_outBuffer out{p.bytes, p.size, 0};
     while (out.pos < out.size && left != 0) {
       const size_t consumed = in.pos, produced = out.pos;

@@ -72,8 +72,8 @@ Result<std::shared_ptr<Film>> Film::create(const FilmSettings& settings) try {
 size_t Film::bytes() const {
   const Storage& s = *storage_;
   return s.sums.size() * sizeof(double) + s.counts.size() * sizeof(uint32_t) +
-         s.ids.size() * (sizeof(float) + sizeof(double)) + s.second_moments.size() * sizeof(double) + s.stopped.size() + s.tiles.size() * sizeof(Storage::Tile) +
-         (s.splats ? s.splats->bytes() : 0);
+         s.ids.size() * (sizeof(float) + sizeof(double)) + s.second_moments.size() * sizeof(double) + s.stopped.size() +
+         s.tiles.size() * sizeof(Storage::Tile) + (s.splats ? s.splats->bytes() : 0);
 }
 
 void Film::splat(int x, int y, const Color& value, int plane) {
@@ -127,6 +127,13 @@ void Film::read_channels(size_t pixel, float* out) const {
       value += s.splats->sum(pixel, component, place.plane) / static_cast<double>(paths);
     return value;
   };
+  const auto divisor = [&](size_t channel, int component) {
+    const double value = mean(channel, component);
+    if (value != 0.0) return value;
+    for (const int dividend : layout_.places[channel].dividends)
+      if (mean(static_cast<size_t>(dividend), component) != 0.0) return k_least_divisor;
+    return 0.0;
+  };
   for (size_t c = 0; c < settings_.channels.size(); ++c) {
     const FilmChannel& channel = settings_.channels[c];
     const FilmLayout::Place& place = layout_.places[c];
@@ -135,9 +142,9 @@ void Film::read_channels(size_t pixel, float* out) const {
     switch (channel.rule) {
       case ChannelRule::mean:
         for (int k = 0; k < channel.components; ++k) {
-          double value = mean(c, k);
+          double value = place.dividends.empty() ? mean(c, k) : divisor(c, k);
           if (channel.divided_by >= 0) {
-            const double by = mean(static_cast<size_t>(channel.divided_by), k);
+            const double by = divisor(static_cast<size_t>(channel.divided_by), k);
             value = by != 0.0 ? value / by : 0.0;
           }
           to[k] = static_cast<float>(value);
@@ -168,7 +175,8 @@ void Film::read_ids(size_t pixel, const FilmLayout::Place& place, float* out, in
   for (size_t i = first; i < first + static_cast<size_t>(place.slots) && s.id_weights[i] > 0.0; ++i)
     ranked[used++] = {s.id_weights[i], s.ids[i]};
   std::sort(ranked.begin(), ranked.begin() + static_cast<std::ptrdiff_t>(used), [](const auto& a, const auto& b) {
-    return a.first != b.first ? a.first > b.first : std::bit_cast<uint32_t>(a.second) < std::bit_cast<uint32_t>(b.second);
+    return a.first != b.first ? a.first > b.first
+                              : std::bit_cast<uint32_t>(a.second) < std::bit_cast<uint32_t>(b.second);
   });
   for (size_t level = 0; level < static_cast<size_t>(components) / 2; ++level) {
     out[2 * level] = level < used ? ranked[level].second : 0.0f;

@@ -21,9 +21,9 @@ struct FilmSettings {
   int tile_size_px = 64;
   TileOrder tile_order = TileOrder::hilbert;
   std::vector<FilmChannel> channels{{.name = "combined", .splats = true}};  ///< first the picture: premultiplied RGBA
-  bool allow_negative = false;                     ///< lights of negative power: a sample may rightly be below 0
-  int64_t samples_asked = 0;                       ///< what channels of rule sample_count are divided by; 0: 1
-  bool second_moments = false;                     ///< needed by stop_converged() and standard_error()
+  bool allow_negative = false;  ///< lights of negative power: a sample may rightly be below 0
+  int64_t samples_asked = 0;    ///< what channels of rule sample_count are divided by; 0: 1
+  bool second_moments = false;  ///< needed by stop_converged() and standard_error()
   /// A large radiance of the picture: the film takes splats (see SplatBuffer). 0: it takes none and has no memory for
   /// them.
   double splat_unit = 0.0;
@@ -74,8 +74,9 @@ class Film {
   int64_t min_sample_count() const;
 
   bool takes_splats() const { return settings_.splat_unit > 0.0; }
-  /// Adds to a plane's RGB at a pixel (FilmLayout::Place::plane; 0: the picture); outside the region nothing happens. Any thread, without locks, any order:
-  /// the sums are the same. A value that is not finite, out of range or negative without allow_negative is rejected.
+  /// Adds to a plane's RGB at a pixel (FilmLayout::Place::plane; 0: the picture); outside the region nothing happens.
+  /// Any thread, without locks, any order: the sums are the same. A value that is not finite, out of range or negative
+  /// without allow_negative is rejected.
   void splat(int x, int y, const Color& value, int plane = 0);
   /// Tells that the splats of so many more light paths are in: the number that their sums are divided by.
   void add_light_paths(uint64_t paths);
@@ -144,8 +145,8 @@ class TileWriter {
   TileWriter& operator=(const TileWriter&) = delete;
 
   const Rectangle& rectangle() const { return film_.tiles()[tile_]; }
-  /// One sample of a pixel: film.sample_components() floats. A sample with a value that is not finite, or negative in the
-  /// picture's channel, is counted and recorded, and adds nothing but its count.
+  /// One sample of a pixel: film.sample_components() floats. A sample with a value that is not finite, or negative in
+  /// the picture's channel, is counted and recorded, and adds nothing but its count.
   void add(int x, int y, std::span<const float> values);
   /// The usual case of one RGBA channel.
   void add(int x, int y, const Vec4& rgba) { add(x, y, std::span<const float>(&rgba.x, 4)); }

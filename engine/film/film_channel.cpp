@@ -34,6 +34,9 @@ FilmLayout::FilmLayout(const std::vector<FilmChannel>& channels) {
     }
     plain = plain && channel.rule == ChannelRule::mean && channel.divided_by < 0 && !channel.hidden;
   }
+  for (size_t c = 0; c < channels.size(); ++c)
+    if (channels[c].divided_by >= 0)
+      places[static_cast<size_t>(channels[c].divided_by)].dividends.push_back(static_cast<int>(c));
 }
 
 std::vector<Channel> output_channels(const std::vector<FilmChannel>& channels) {
@@ -44,7 +47,8 @@ std::vector<Channel> output_channels(const std::vector<FilmChannel>& channels) {
       result.push_back({channel.name, channel.components, channel.letters});
       continue;
     }
-    for (int i = 0; i < channel.components / 4; ++i) result.push_back({fmt::format("{}{:02}", channel.name, i), 4, channel.letters});
+    for (int i = 0; i < channel.components / 4; ++i)
+      result.push_back({fmt::format("{}{:02}", channel.name, i), 4, channel.letters});
   }
   return result;
 }

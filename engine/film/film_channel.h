@@ -20,27 +20,33 @@ enum class ChannelRule : uint8_t {
 /// Ids that one sample brings at most, each with its weight: what lies behind several transparent surfaces.
 inline constexpr int k_ids_a_sample = 8;
 
+inline constexpr double k_least_divisor = 0x1p-10;
+
 struct FilmChannel {
   std::string name;
   /// Of a pixel. ids: 2 a level, (id, coverage) from the largest coverage down; a multiple of 4, and a reader gets
   /// channels of 4 named name00, name01 ...
   int components = 4;
   ChannelRule rule = ChannelRule::mean;
-  int divided_by = -1;  ///< number of a mean channel with as many components: a pixel is the ratio, 0 where that is 0
-  bool hidden = false;  ///< summed for others' sake, not read
+  /// Number of a mean channel with as many components: a pixel is the ratio, 0 where both are 0. Where splats reach a
+  /// pixel in which no sample had any of the divisor, that reads as k_least_divisor, so that products give back the
+  /// sums.
+  int divided_by = -1;
+  bool hidden = false;       ///< summed for others' sake, not read
   std::string letters = {};  ///< Channel::letters
-  bool splats = false;  ///< takes splats in its first three components. Where the film takes none: nothing
+  bool splats = false;       ///< takes splats in its first three components. Where the film takes none: nothing
 };
 
 /// Where everything of a channel lies.
 struct FilmLayout {
   struct Place {
-    int sample = 0;      ///< first of its floats in a sample
-    int sum = 0;         ///< first of its sums in a pixel
-    int id = -1;         ///< ids: first of its slots in a pixel
-    int slots = 0;       ///< ids: number of them; more than levels, so that what comes late and often is not lost
-    int plane = -1;      ///< of the splats; -1: takes none
-    int output = -1;     ///< first of its floats in a pixel as read; -1: hidden
+    int sample = 0;   ///< first of its floats in a sample
+    int sum = 0;      ///< first of its sums in a pixel
+    int id = -1;      ///< ids: first of its slots in a pixel
+    int slots = 0;    ///< ids: number of them; more than levels, so that what comes late and often is not lost
+    int plane = -1;   ///< of the splats; -1: takes none
+    int output = -1;  ///< first of its floats in a pixel as read; -1: hidden
+    std::vector<int> dividends;  ///< channels that are divided by it
   };
   std::vector<Place> places;  ///< by channel
   int sample_floats = 0, sums = 0, id_slots = 0, planes = 0, output_floats = 0;

@@ -204,6 +204,55 @@ TEST(Film, further_channels_may_be_negative) {
   EXPECT_EQ(film->pixels()[6], -0.25f);
 }
 
+TEST(Film, channels_follow_their_rules) {
+  FilmSettings settings = small_settings();
+  settings.samples_asked = 4;
+  settings.channels.push_back({.name = "first", .components = 1, .rule = ChannelRule::first});
+  settings.channels.push_back({.name = "ratio", .components = 3, .divided_by = 5});
+  settings.channels.push_back({.name = "count", .components = 1, .rule = ChannelRule::sample_count});
+  settings.channels.push_back({.name = "error", .components = 3, .rule = ChannelRule::error});
+  settings.channels.push_back({.name = {}, .components = 3, .hidden = true});
+  const auto film = make_film(settings);
+  EXPECT_EQ(film->sample_components(), 4 + 1 + 3 + 3);
+  EXPECT_EQ(film->components(), 4 + 1 + 3 + 1 + 3);
+  {
+    TileWriter writer(*film, film->tiles().tile_at(5, 3));
+    writer.add(5, 3, std::vector<float>{1, 2, 0, 1, 7, 3, 0, 1, 2, 0, 0});
+    writer.add(5, 3, std::vector<float>{3, 2, 0, 1, 9, 1, 0, 1, 6, 1, 0});
+  }
+  const FilmTile tile = film->tile(film->tiles().tile_at(5, 3));
+  const size_t pixel = size_t((3 - tile.rectangle.y) * tile.rectangle.width + 5 - tile.rectangle.x);
+  const float* p = tile.pixels.data() + pixel * size_t(film->components());
+  const std::vector<float> found(p, p + film->components());
+  // Samples 1 and 3: mean 2, standard error 1. The ratio is that of sums; the third's divisor is 0.
+  EXPECT_EQ(found, (std::vector<float>{2, 2, 0, 1, 7, 0.5f, 0, 1024, 0.5f, 1, 0, 0}));
+  const FilmTile part = film->tile(film->tiles().tile_at(5, 3), {false, true, false, true, false});
+  EXPECT_EQ(part.pixels.size(), size_t(part.rectangle.width * part.rectangle.height * 2));
+  EXPECT_EQ(part.pixels[2 * pixel], 7.0f);
+  EXPECT_EQ(part.pixels[2 * pixel + 1], 0.5f);
+}
+
+TEST(Film, ids_are_ranked_by_coverage) {
+  FilmSettings settings = small_settings();
+  settings.channels.push_back({.name = "Crypto", .components = 4, .rule = ChannelRule::ids});
+  const auto film = make_film(settings);
+  EXPECT_EQ(film->channels(), (std::vector<Channel>{{"combined", 4}, {"Crypto00", 4}}));
+  std::vector<float> sample(4 + 2 * k_ids_a_sample, 0.0f);
+  {
+    TileWriter writer(*film, film->tiles().tile_at(5, 3));
+    // (id, weight) pairs: id 1e-3 a quarter, -2 half, 5 an eighth of four samples.
+    for (const auto& [id, weight] : {std::pair{1e-3f, 1.0f}, {-2.0f, 1.0f}, {5.0f, 0.5f}, {-2.0f, 1.0f}}) {
+      sample[4] = id;
+      sample[5] = weight;
+      writer.add(5, 3, sample);
+    }
+  }
+  const FilmTile tile = film->tile(film->tiles().tile_at(5, 3));
+  const size_t pixel = size_t((3 - tile.rectangle.y) * tile.rectangle.width + 5 - tile.rectangle.x);
+  const float* p = tile.pixels.data() + pixel * 8 + 4;
+  EXPECT_EQ(std::vector<float>(p, p + 4), (std::vector<float>{-2.0f, 0.5f, 1e-3f, 0.25f}));
+}
+
 TEST(Film, dirty_tiles_are_taken_once_oldest_first) {
   const auto film = make_film(small_settings());
   EXPECT_TRUE(film->take_dirty(100).empty());

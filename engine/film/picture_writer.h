@@ -29,7 +29,8 @@ Status write_picture(const std::string& path, const PictureView& picture);
 /// True for the extensions that write_picture() knows.
 bool is_picture_path(const std::string& path);
 
-/// The names of a pass's components in an EXR: `combined` 4 gives R G B A; `normal` 3 with letters XYZ gives normal.X normal.Y normal.Z.
+/// The names of a pass's components in an EXR: `combined` 4 gives R G B A; `normal` 3 with letters XYZ gives normal.X
+/// normal.Y normal.Z.
 std::vector<std::string> channel_names(const Channel& channel, bool main_picture);
 
 }  // namespace lambent

@@ -38,7 +38,7 @@ class PictureWriter : public testing::Test {
   size_t file_count() const { return std::distance(std::filesystem::directory_iterator(folder_), {}); }
 
   std::filesystem::path folder_;
-  std::vector<Channel> channels_{{"combined", 4}, {"depth", 1}};
+  std::vector<Channel> channels_{{"combined", 4}, {"depth", 1, "Z"}};
   std::vector<float> pixels_;
   PictureView view_;
 };

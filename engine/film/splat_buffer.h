@@ -10,10 +10,10 @@
 
 namespace lambent {
 
-/// RGB sums of planes of a rectangle of pixels in fixed point: integers add to the same sum in any order, so the picture depends
-/// on neither threads nor tiles, and adding takes no lock. Each channel has three 64-bit sums with steps of unit ·
-/// 2^-44, 2^-32 and 2^-8; a value goes to the finest one that has room for many like it, rounded to its step, so that
-/// reading while others add shows at worst a part of a splat. 72 bytes a pixel and plane.
+/// RGB sums of planes of a rectangle of pixels in fixed point: integers add to the same sum in any order, so the
+/// picture depends on neither threads nor tiles, and adding takes no lock. Each channel has three 64-bit sums with
+/// steps of unit · 2^-44, 2^-32 and 2^-8; a value goes to the finest one that has room for many like it, rounded to its
+/// step, so that reading while others add shows at worst a part of a splat. 72 bytes a pixel and plane.
 ///
 /// A value keeps 24 bits, or is exact to unit · 2^-45. Range: values below unit · 2^48 in magnitude; 2^27 splats of any
 /// size up to unit · 2^-8, 2^15 up to unit · 2^16, 2^7 above that.

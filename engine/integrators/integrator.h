@@ -54,7 +54,7 @@ struct IntegratorSettings {
   int shared_light_paths = 16;    ///< VPL: light paths of a pass, which all pixels share
   float clamp_connection = 0.0f;  ///< VPL: largest sum of R, G, B that one connection adds; 0: no clamping
   std::shared_ptr<ContributionObserver> observer;  ///< null: nobody looks
-  std::shared_ptr<const PassPlan> passes;  ///< null: the picture alone. The film has its channels
+  std::shared_ptr<const PassPlan> passes;          ///< null: the picture alone. The film has its channels
   int threads = 0;  ///< for work between passes that the session does not hand out; 0: all
   /// The kernel to use; must cover the scene's profile. A test renders with both and compares.
   KernelProfile profile = KernelProfile::solid;

@@ -141,6 +141,7 @@ std::shared_ptr<const PassPlan> PassPlan::create(const std::vector<PassRequest>&
   const size_t asked = plan->passes_.size();
   for (size_t i = 0; i < asked; ++i) plan->divide_by(i);
   plan->layout_ = FilmLayout(plan->channels_);
+  for (const FilmChannel& channel : plan->channels_) plan->looks_ = plan->looks_ || channel.rule == ChannelRule::first;
   for (const Pass& pass : plan->passes_) {
     plan->events_ = plan->events_ || pass.expression || pass.kind == PassKind::caustics_direct ||
                     pass.kind == PassKind::caustics_indirect;
@@ -152,7 +153,8 @@ std::shared_ptr<const PassPlan> PassPlan::create(const std::vector<PassRequest>&
 }
 
 void PassPlan::add(const PassRequest& request, PassKind kind, const Scene& scene, Report& report) {
-  const Kind& entry = *std::find_if(std::begin(k_kinds), std::end(k_kinds), [&](const Kind& k) { return k.kind == kind; });
+  const Kind& entry =
+      *std::find_if(std::begin(k_kinds), std::end(k_kinds), [&](const Kind& k) { return k.kind == kind; });
   FilmChannel channel{.name = request.name,
                       .components = static_cast<int>(std::strlen(entry.letters)),
                       .letters = entry.letters,
@@ -223,21 +225,66 @@ float PassRecorder::random() {
 void PassRecorder::begin(int x, int y, uint32_t sample) {
   start_ = std::chrono::steady_clock::now();
   std::fill(values_.begin(), values_.end(), 0.0f);
-  random_state_ = hash_combine(hash_combine(hash_combine(plan_.settings_.seed, static_cast<uint32_t>(x)),
-                                            static_cast<uint32_t>(y)),
-                               sample);
+  random_state_ = hash_combine(
+      hash_combine(hash_combine(plan_.settings_.seed, static_cast<uint32_t>(x)), static_cast<uint32_t>(y)), sample);
   vertices_ = 0;
   events_ = {};
   saw_surface_ = false;
+  if (sample == 0 && plan_.looks_) look(x, y);
+}
+
+/// What has no mean is that of the middle of the pixel: the first surface there that is opaque enough.
+void PassRecorder::look(int x, int y) {
   for (const PassPlan::Pass& pass : plan_.passes_)
     if (pass.kind == PassKind::depth) *at(pass) = k_no_depth;
+  const CameraRay middle =
+      scene_.camera().sample_ray({static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f}, {0.5f, 0.5f});
+  Ray ray{middle.origin, middle.t_min, middle.direction, middle.t_max, k_visible_camera};
+  RayCone cone{middle.width_m, middle.spread};
+  PathCounts counts;
+  ShadingPoint point;
+  Bsdf bsdf;
+  Hit found;
+  for (; counts.transparent <= plan_.settings_.transparent_bounces; ++counts.transparent) {
+    if (!scene_.geometry().intersect(ray, found)) return;
+    const SurfaceHit hit = scene_.geometry().surface(found);
+    if (scene_.instance(hit.instance).holdout) return;
+    const SurfaceBinding& binding = scene_.binding(hit.instance, hit.material_slot);
+    scene_.fill_shading_point(hit, binding, -ray.direction, found.t, cone, counts, point);
+    binding.program->evaluate(point, scene_.textures(), bsdf);
+    if (opaque_enough(binding, bsdf)) {
+      for (const PassPlan::Pass& pass : plan_.passes_) look_at(pass, point);
+      return;
+    }
+    cone.width_m += cone.spread * found.t;
+    ray = ray_from_surface(hit.p_world, hit.p_error, hit.ng_world, ray.direction, k_visible_camera);
+  }
+}
+
+void PassRecorder::look_at(const PassPlan::Pass& pass, const ShadingPoint& point) {
+  float* to = at(pass);
+  if (pass.kind == PassKind::depth) {
+    *to = scene_.view().camera_from_world.point(point.p_world).z;
+  } else if (pass.kind == PassKind::position) {
+    const Vec3 p = point.p_world + point.origin_shift;
+    std::copy_n(&p.x, 3, to);
+  } else if (pass.kind == PassKind::object_index) {
+    *to = static_cast<float>(point.object_pass_index);
+  } else if (pass.kind == PassKind::material_index) {
+    *to = static_cast<float>(point.material_pass_index);
+  }
+}
+
+bool PassRecorder::opaque_enough(const SurfaceBinding& binding, const Bsdf& bsdf) const {
+  return !binding.program->traits().may_be_transparent ||
+         1.0f - average(bsdf.transparency()) >= plan_.settings_.alpha_threshold;
 }
 
 void PassRecorder::visible(const SurfaceHit& hit, const SurfaceBinding& binding, const ShadingPoint& point,
                            const Bsdf& bsdf, const Color& throughput) {
   const float opacity = 1.0f - average(bsdf.transparency());
   const float seen = average(throughput);
-  const bool first = !saw_surface_ && (opacity >= plan_.settings_.alpha_threshold || !binding.program->traits().may_be_transparent);
+  const bool first = !saw_surface_ && opaque_enough(binding, bsdf);
   for (const PassPlan::Pass& pass : plan_.passes_) {
     switch (pass.kind) {
       case PassKind::diffuse_color:
@@ -282,8 +329,8 @@ void PassRecorder::visible(const SurfaceHit& hit, const SurfaceBinding& binding,
         const int aov = binding.program->find_aov(pass.aov);
         float* to = at(pass);
         const float weight = seen * opacity;
-        if (pass.kind == PassKind::aov_color) to[3] += weight;
         if (aov < 0 || weight == 0.0f) break;
+        if (pass.kind == PassKind::aov_color) to[3] += weight;
         const Color value =
             binding.program->aov(aov, pass.kind == PassKind::aov_value, point, scene_.textures()) * weight;
         to[0] += value.x;
@@ -324,26 +371,14 @@ void PassRecorder::first_surface(const PassPlan::Pass& pass, const SurfaceHit& h
     return length_squared(n) > 0.0f && is_finite(n) ? n : point.ns_world;
   };
   switch (pass.kind) {
-    case PassKind::depth:
-      *to = scene_.view().camera_from_world.point(point.p_world).z;
-      break;
     case PassKind::denoising_depth:
       *to = length(point.p_world - scene_.camera().origin()) * seen;
-      break;
-    case PassKind::position:
-      put(point.p_world + point.origin_shift);
-      break;
-    case PassKind::object_index:
-      *to = static_cast<float>(point.object_pass_index);
-      break;
-    case PassKind::material_index:
-      *to = static_cast<float>(point.material_pass_index);
       break;
     case PassKind::normal:
       put(mean_normal() * seen);
       break;
     case PassKind::denoising_normal:
-      put(scene_.view().camera_from_world.vector(mean_normal()) * seen);
+      if (!bsdf.empty()) put(scene_.view().camera_from_world.vector(mean_normal()) * seen);
       break;
     case PassKind::uv: {
       const int uv = hit.mesh->find_uv({});
@@ -364,8 +399,8 @@ float PassRecorder::occlusion(const SurfaceHit& hit, const ShadingPoint& point) 
   if (!(dot(direction, point.ng_world) > 0.0f)) return 0.0f;
   const Vec3 origin = offset_origin(hit.p_world, hit.p_error, hit.ng_world, direction);
   const Ray ray{origin, 0.0f, direction, plan_.settings_.ambient_occlusion_distance_m, k_visible_shadow};
-  return average(segment_transmittance<true>(scene_, ray, {k_ray_shadow, 1, 0, 0, 0, 0},
-                                             plan_.settings_.transparent_bounces));
+  return average(
+      segment_transmittance<true>(scene_, ray, {k_ray_shadow, 1, 0, 0, 0, 0}, plan_.settings_.transparent_bounces));
 }
 
 /// One sampled light with and without what stands before it.
@@ -374,8 +409,8 @@ void PassRecorder::received(const SurfaceHit& hit, const ShadingPoint& point, co
   if (!bsdf.has_non_delta() || scene_.lights().empty()) return;
   const float u_selection = random();
   const Vec2 u_position(random(), random());
-  const LightSample light = scene_.lights().sample(hit.p_world, light_receiver_normal(bsdf, point.ng_world),
-                                                   u_selection, u_position);
+  const LightSample light =
+      scene_.lights().sample(hit.p_world, light_receiver_normal(bsdf, point.ng_world), u_selection, u_position);
   if (!light || !(light.pdf_solid_angle > 0.0f)) return;
   const PathCounts counts{k_ray_shadow, 1, 0, 0, 0, 0};
   const Color f = bsdf.eval(point.wi_world, light.direction_world, Transport::radiance, ReversePdf::no).f_cos;
@@ -390,8 +425,9 @@ void PassRecorder::received(const SurfaceHit& hit, const ShadingPoint& point, co
 void PassRecorder::scattered(const Bsdf& bsdf, const Vec3& wi_world, const BsdfSample& sample) {
   const bool delta = sample.event & k_scatter_delta;
   if (vertices_ == 0)
-    first_ = delta ? ClassShares::all_of(sample.event & k_scatter_transmission ? LobeClass::transmission : LobeClass::glossy)
-                   : bsdf.class_shares(wi_world, sample.wo_world);
+    first_ =
+        delta ? ClassShares::all_of(sample.event & k_scatter_transmission ? LobeClass::transmission : LobeClass::glossy)
+              : bsdf.class_shares(wi_world, sample.wo_world, Transport::radiance);
   if (plan_.events_) events_.append(delta ? sample.event : event_at(bsdf, wi_world, sample.wo_world));
   ++vertices_;
 }
@@ -428,7 +464,7 @@ void PassRecorder::joined(const Color& value, const Bsdf& bsdf, const Vec3& wi_w
   PathSignature path{vertices_ + 1 + light_side.count, &first_, {}, source, group, technique};
   ClassShares here;
   if (vertices_ == 0) {
-    here = bsdf.class_shares(wi_world, wo_world);
+    here = bsdf.class_shares(wi_world, wo_world, Transport::radiance);
     path.first = &here;
   }
   if (plan_.events_) {

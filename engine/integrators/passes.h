@@ -91,8 +91,8 @@ struct PassSettings {
 /// The passes of one render. Immutable.
 class PassPlan {
  public:
-  /// Passes that cannot be made (unknown kinds and arguments, names given twice, too many) are reported by name and left
-  /// out. Null if none is left.
+  /// Passes that cannot be made (unknown kinds and arguments, names given twice, too many) are reported by name and
+  /// left out. Null if none is left.
   static std::shared_ptr<const PassPlan> create(const std::vector<PassRequest>& requests, const Scene& scene,
                                                 const PassSettings& settings, Report& report);
 
@@ -128,15 +128,16 @@ class PassPlan {
   FilmLayout layout_;
   std::vector<LightPass> light_passes_;
   bool events_ = false;
+  bool looks_ = false;  ///< some channel has rule first
 };
 
 /// What light came through, for the passes of light.
 struct PathSignature {
-  int vertices = 0;                     ///< n of technique.h
-  const ClassShares* first = nullptr;   ///< of the scattering at x_1; null if n = 0
-  EventSequence events;                 ///< at x_1 ... x_n; kept only if a pass asks for it
+  int vertices = 0;                    ///< n of technique.h
+  const ClassShares* first = nullptr;  ///< of the scattering at x_1; null if n = 0
+  EventSequence events;                ///< at x_1 ... x_n; kept only if a pass asks for it
   LightSource source = LightSource::lamp;
-  uint16_t group = 0;                   ///< number of the light's group
+  uint16_t group = 0;  ///< number of the light's group
   Technique technique = Technique::emission_hit;
 };
 
@@ -158,8 +159,8 @@ class PassRecorder {
   /// The camera sees the world along `direction` through a transparent film: no part of the picture, but of what shows
   /// the world (as in Cycles).
   void see_through(const Vec3& direction_world, const Color& throughput, const PathCounts& counts);
-  /// Light that was joined to the walk at its newest vertex, seen from `wi_world`, along `wo_world`; `light_side` are the
-  /// events at x_(m+1) ... x_n (what connections join last is the first of them).
+  /// Light that was joined to the walk at its newest vertex, seen from `wi_world`, along `wo_world`; `light_side` are
+  /// the events at x_(m+1) ... x_n (what connections join last is the first of them).
   void joined(const Color& value, const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world, Technique technique,
               const EventSequence& light_side, LightSource source, uint16_t group);
   /// The sample's floats, for TileWriter::add. `picture` is the film's first channel.
@@ -189,6 +190,9 @@ class PassRecorder {
   void add_id(const PassPlan::Pass& pass, float id, float weight);
   void first_surface(const PassPlan::Pass& pass, const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf,
                      float seen);
+  void look(int x, int y);
+  void look_at(const PassPlan::Pass& pass, const ShadingPoint& point);
+  bool opaque_enough(const SurfaceBinding& binding, const Bsdf& bsdf) const;
   float occlusion(const SurfaceHit& hit, const ShadingPoint& point);
   void received(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, Color& shadowed, Color& unshadowed);
   float* at(const PassPlan::Pass& pass) {
@@ -204,7 +208,7 @@ class PassRecorder {
   int vertices_ = 0;
   ClassShares first_;  ///< at x_1
   EventSequence events_;
-  bool saw_surface_ = false;  ///< one that is opaque enough for depth, indices...
+  bool saw_surface_ = false;  ///< one that is opaque enough for normals, UVs...
 };
 
 }  // namespace lambent

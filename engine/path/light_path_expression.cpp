@@ -146,7 +146,7 @@ class LightPathParser {
   int integer() {
     int value = 0;
     const size_t begin = at_;
-    while (peek() >= '0' && peek() <= '9' && value <= k_most_repeats) value = 10 * value + (text_[at_++] - '0');
+    while (peek() >= '0' && peek() <= '9') value = std::min(10 * value + (text_[at_++] - '0'), k_most_repeats + 1);
     if (at_ == begin) fail("a number is expected");
     return value;
   }

@@ -40,8 +40,8 @@ class LightPathExpression {
   using Positions = std::bitset<k_most_symbols>;
   /// What one symbol of the expression takes.
   struct Symbol {
-    uint16_t takes = 0;                  ///< bits of k_symbol_*
-    uint32_t label = ~0u;                ///< number of the group; ~0: any
+    uint16_t takes = 0;    ///< bits of k_symbol_*
+    uint32_t label = ~0u;  ///< number of the group; ~0: any
   };
   Positions step(const Positions& from, uint16_t what, uint16_t group) const;
 

@@ -206,7 +206,7 @@ void LightWalk::trace(const Sampler& sampler, float time) {
     if (!counts.within(settings_) || depth >= settings_.max_vertices) return;
     uint8_t event = sampled.event;
     if (settings_.events_by_share && !(event & k_scatter_delta))
-      event = event_by_share(vertex.bsdf, sampled.wo_world, vertex.wi_world,
+      event = event_by_share(vertex.bsdf, vertex.wi_world, sampled.wo_world,
                              unit_float(hash_combine(std::bit_cast<uint32_t>(sampled.wo_world.x), event_index)));
     events = events << 4 | (event & 15u);
 

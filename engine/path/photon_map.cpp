@@ -53,7 +53,8 @@ void PhotonMap::build(std::span<PhotonBatch* const> batches, float cell_m, const
     tbb::parallel_for(size_t{0}, batches.size(), [&](size_t b) {
       if (cancel.cancelled()) return;
       std::copy(batches[b]->records.begin(), batches[b]->records.end(), records_.begin() + first_record[b]);
-      if (keep_events) std::copy(batches[b]->events.begin(), batches[b]->events.end(), events_.begin() + first_record[b]);
+      if (keep_events)
+        std::copy(batches[b]->events.begin(), batches[b]->events.end(), events_.begin() + first_record[b]);
       for (const Photon& photon : batches[b]->photons)
         count_of(bucket_of(cell_of(photon.p_world))).fetch_add(1, std::memory_order_relaxed);
     });

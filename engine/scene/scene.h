@@ -139,11 +139,11 @@ class Scene {
   std::vector<std::shared_ptr<const TriangleMesh>> meshes_;  ///< keeps those of geometry_ alive
   std::vector<InstanceShading> instances_;
   std::vector<SurfaceBinding> bindings_;
-  std::vector<Vec4> object_values_;  ///< what bindings' requests of kind object read
-  std::vector<Vec4> object_colors_;  ///< by object_index
+  std::vector<Vec4> object_values_;    ///< what bindings' requests of kind object read
+  std::vector<Vec4> object_colors_;    ///< by object_index
   std::vector<ObjectIds> object_ids_;  ///< by object_index
   std::vector<std::string> light_groups_;
-  ViewSpace view_;                   ///< of camera_
+  ViewSpace view_;  ///< of camera_
   std::shared_ptr<const LightSet> lights_;
   struct LampProgram {
     std::shared_ptr<const Program> program;

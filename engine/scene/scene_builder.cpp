@@ -267,7 +267,8 @@ void SceneBuilder::State::add_instances(Build& build) {
     scene.object_colors_[number] = {object->color[0], object->color[1], object->color[2], object->color[3]};
     if (build.ids) {
       if (scene.object_ids_.size() <= number) scene.object_ids_.resize(number + 1);
-      scene.object_ids_[number] = {name_id(object->name), name_id(object->asset.empty() ? object->name : object->asset)};
+      scene.object_ids_[number] = {name_id(object->name),
+                                   name_id(object->asset.empty() ? object->name : object->asset)};
     }
     const uint16_t group = light_group(build, object->light_group);
     const uint32_t first_binding = build.first_bindings[i];

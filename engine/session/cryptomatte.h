@@ -8,8 +8,8 @@
 
 namespace lambent {
 
-/// Adds the metadata of each Cryptomatte pass that the settings ask for: name, hash, conversion and manifest (Friedman &
-/// Jones 2015, "Cryptomatte specification", 1.2).
+/// Adds the metadata of each Cryptomatte pass that the settings ask for: name, hash, conversion and manifest (Friedman
+/// & Jones 2015, "Cryptomatte specification", 1.2).
 void add_cryptomatte_metadata(const description::SceneDescription& scene, std::map<std::string, std::string>& metadata);
 
 }  // namespace lambent

@@ -375,14 +375,14 @@ std::vector<TileSnapshot> Session::take_tiles(size_t limit, const std::vector<st
   const std::shared_ptr<Run> run = state_->current();
   if (!run) return tiles;
   std::shared_ptr<Film> film;
-  std::vector<int> dirty;
   bool complete;
+  std::vector<int> dirty;
   {
-    // Together: a tile that the render's end makes dirty must not be taken as one of those before it.
     const std::lock_guard lock(run->mutex);
     film = run->film;
     complete = run->complete;
     run->tiles_told = false;
+    // Under the lock: the end of a render marks all tiles anew, and they must not be taken for ones before it.
     if (film) dirty = film->take_dirty(limit);
   }
   if (!film) return tiles;
@@ -452,6 +452,10 @@ Status Session::load_checkpoint(const std::string& path) {
 std::shared_ptr<Engine> Engine::create(const EngineOptions& options) { return std::make_shared<PooledEngine>(options); }
 
 std::vector<std::string> available_integrators() { return integrator_names(); }
-std::vector<std::string> available_passes() { return pass_kind_names(); }
+std::vector<std::string> available_passes() {
+  std::vector<std::string> names = pass_kind_names();
+  names.insert(names.begin(), "combined");
+  return names;
+}
 
 }  // namespace lambent

@@ -137,7 +137,7 @@ class Engine {
 
 /// Names that `settings.integrator` may have.
 std::vector<std::string> available_integrators();
-/// Kinds of passes that `settings.passes` may ask for besides the combined one.
+/// Kinds of passes that `settings.passes` may ask for; the combined one is always there.
 std::vector<std::string> available_passes();
 /// Node types that materials may use; others get a stand-in and a message. Defined by shading/.
 std::vector<std::string> supported_node_types();

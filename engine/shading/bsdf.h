@@ -55,7 +55,7 @@ struct EventShares {
 enum class LobeClass : uint8_t { diffuse, glossy, transmission };
 inline constexpr int k_lobe_classes = 3;
 
-/// What part of f each class of lobes has, per colour channel, indexed by LobeClass. Sums to 1, or all are 0.
+/// What part of f each class of lobes has, per colour channel, indexed by LobeClass. Sums to 1.
 struct ClassShares {
   Color of[k_lobe_classes] = {Color(0.0f), Color(0.0f), Color(0.0f)};
 

@@ -8,7 +8,6 @@ namespace {
 // Weights below this are dropped, as in Cycles (CLOSURE_WEIGHT_CUTOFF).
 constexpr float k_weight_cutoff = 1e-5f;
 
-
 // Finite and not negative; `changed` is set if it was not.
 float sane(float x, float low, float high, float otherwise) {
   return std::isfinite(x) ? std::clamp(x, low, high) : otherwise;
@@ -372,23 +371,22 @@ EventShares Bsdf::event_shares(const Vec3& wi_world, const Vec3& wo_world) const
   return result;
 }
 
-ClassShares Bsdf::class_shares(const Vec3& wi_world, const Vec3& wo_world) const {
+ClassShares Bsdf::class_shares(const Vec3& wi_world, const Vec3& wo_world, Transport transport) const {
   ClassShares result;
   Color total(0.0f);
   for (int i = 0; i < count_; ++i) {
     const Lobe& lobe = lobes_[i];
     if (is_delta(lobe)) continue;
-    const Color f =
-        eval_term(lobe, ng_world_, ns_world_, wi_world, wo_world, Transport::radiance, /*reverse=*/false).f_cos;
+    const Color f = eval_term(lobe, ng_world_, ns_world_, wi_world, wo_world, transport, /*reverse=*/false).f_cos;
     const bool transmitted = dot(lobe.n, wi_world) * dot(lobe.n, wo_world) < 0.0f;
     result.of[static_cast<int>(class_of(lobe.kind, transmitted))] += f;
     total += f;
   }
-  for (Color& share : result.of)
-    for (int k = 0; k < 3; ++k) {
-      const float part = share[k] / total[k];
-      share[k] = std::isfinite(part) ? part : 0.0f;
-    }
+  for (int k = 0; k < 3; ++k) {
+    const bool any = total[k] > 0.0f && std::isfinite(total[k]);
+    for (int c = 0; c < k_lobe_classes; ++c)
+      result.of[c][k] = any ? result.of[c][k] / total[k] : c == static_cast<int>(LobeClass::glossy) ? 1.0f : 0.0f;
+  }
   return result;
 }
 

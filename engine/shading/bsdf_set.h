@@ -61,8 +61,8 @@ class Bsdf {
   /// Of eval()'s pdf_solid_angle for a pair: what part diffuse, glossy and transmitting lobes have. For limits by kind.
   EventShares event_shares(const Vec3& wi_world, const Vec3& wo_world) const;
 
-  /// Of eval()'s f_cos for a pair: what part each class of lobes has. For passes.
-  ClassShares class_shares(const Vec3& wi_world, const Vec3& wo_world) const;
+  /// Of eval()'s f_cos for a pair: what part each class of lobes has, all to glossy where f is 0. For passes.
+  ClassShares class_shares(const Vec3& wi_world, const Vec3& wo_world, Transport transport) const;
   /// Estimate of the directional albedo of one class of lobes towards wi.
   Color class_albedo(LobeClass lobe_class, const Vec3& wi_world) const;
 

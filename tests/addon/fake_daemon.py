@@ -15,7 +15,7 @@ NNNNN.pickle ({"header", "arrays": {hash: (dtype, shape, bytes)}, "session"}); L
   bad_tile a tile outside the frame
   reject   transactions are not accepted
   extra_channel  as normal, with a channel in the tiles that nobody asked for
-  few_passes, no_passes  as normal, but the welcome announces combined, depth and error only, or says nothing of passes
+  few_passes, no_passes  as normal, but the welcome announces depth and error only, or says nothing of passes
 or, before any render: mute (accepts and says nothing), old (speaks protocol 99), no_start (exits at once).
 The mode may be changed while running by writing its name to LAMBENT_FAKE_MODE_FILE.
 """
@@ -185,7 +185,7 @@ class Session(threading.Thread):
     def announced_passes(self):
         if mode() == "no_passes":
             return {}
-        return {"passes": ["combined", "depth", "error"] if mode() == "few_passes" else list(COMPONENTS)}
+        return {"passes": ["depth", "error"] if mode() == "few_passes" else [kind for kind in COMPONENTS if kind != "combined"]}
 
     def record(self, header, arrays):
         directory = os.environ.get("LAMBENT_FAKE_RECORD")

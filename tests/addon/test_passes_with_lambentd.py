@@ -50,6 +50,13 @@ def run_passes(run_blender):
     return lambda script, **options: run_blender(SCENE + script, daemon=LAMBENTD, **options)
 
 
+def left_out(run):
+    """The names, as Blender 5 has them, of the passes that a run of Blender said its daemon does not support."""
+    line = next((line for line in run.output.splitlines() if "does not support these passes" in line), ": ")
+    names = line.rpartition(": ")[2].split(", ")
+    return {multilayer.k_long_names.get(name, name) for name in names}
+
+
 def assert_adds_up(total, passes, what, film_transparent=True):
     """That a sum of passes, float[height][width][3], is Combined but for rounding."""
     error = multilayer.sum_error(total, passes, film_transparent)
@@ -178,6 +185,8 @@ def test_the_exported_scene_has_the_same_numbers_without_blender(run_passes, tmp
     run = run_passes(
         """
 scene.view_layers['Masked'].use = False
+# Blender sums smooth normals in an order that differs from evaluation to evaluation, and with it their last bits.
+for mesh in bpy.data.meshes: mesh.polygons.foreach_set('use_smooth', [False] * len(mesh.polygons))
 for name in ('caustics_direct', 'caustics_indirect', 'error'): setattr(layer.lambent, 'use_pass_' + name, True)
 path = layer.lambent.light_paths.add(); path.name, path.expression = 'Mirrors', 'C<RS>.*L'
 multilayer('blender')
@@ -193,9 +202,9 @@ print('EXPORTED', bpy.ops.lambent.scene_export(filepath=os.path.join(FOLDER, 'sa
     without, own_attributes = multilayer.read(picture)
     (without,) = without.values()
     in_blender = in_blender["ViewLayer"]
-    assert set(in_blender) - set(without) == set() and len(in_blender) > 40
-    for name, pixels in in_blender.items():
-        assert np.array_equal(pixels, without[name], equal_nan=True), name
+    assert set(in_blender) - set(without) == left_out(run) and len(without) > 40
+    for name, pixels in without.items():
+        assert np.array_equal(pixels, in_blender[name], equal_nan=True), name
     for kind in ("CryptoObject", "CryptoMaterial", "CryptoAsset"):
         expected = multilayer.manifest(attributes, "ViewLayer", kind)
         layer = "ViewLayer" if any(value == f"ViewLayer.{kind}" for value in own_attributes.values()) else ""
@@ -232,7 +241,8 @@ print('RESULT', render(write_still=True))
     )
     assert "RESULT {'FINISHED'}" in run.output, run.output
     passes = multilayer.read(tmp_path / "empty.exr")[0]["ViewLayer"]
-    for name, pixels in passes.items():
+    for name in set(passes) - left_out(run):
+        pixels = passes[name]
         assert np.isfinite(pixels).all(), name
         if name not in ("Depth", "Denoising Depth", "Mist", "Debug Sample Count", "Environment", "Combined_sky", "Shadow Catcher", "Denoising Albedo"):
             assert not pixels.any(), name

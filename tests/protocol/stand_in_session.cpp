@@ -201,6 +201,7 @@ Status Session::load_checkpoint(const std::string&) { return Ok{}; }
 
 std::shared_ptr<Engine> Engine::create(const EngineOptions&) { return std::make_shared<StandInEngine>(); }
 std::vector<std::string> available_integrators() { return {"PT"}; }
+std::vector<std::string> available_passes() { return {"combined"}; }
 std::vector<std::string> supported_node_types() { return {"BsdfDiffuse", "Emission"}; }
 
 }  // namespace lambent

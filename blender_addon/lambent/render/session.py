@@ -35,7 +35,7 @@ class RenderSession:
         self.client = client
         self.local = local
         self.state = SyncState()
-        self.pass_kinds = frozenset(client.capabilities.get("passes") or ONLY_COMBINED)
+        self.pass_kinds = ONLY_COMBINED | frozenset(client.capabilities.get("passes") or ())
         self.epoch = 0
         self.busy = False
 

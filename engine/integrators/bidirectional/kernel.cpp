@@ -292,8 +292,7 @@ void Kernel<profile>::next_event(const Here& here) {
       contribution /= survival;
     }
     bool depended = false;
-    contribution *=
-        visibility(shadow_ray(scene_, here.hit, light), k_ray_shadow, bounces_.transparent, &depended);
+    contribution *= visibility(shadow_ray(scene_, here.hit, light), k_ray_shadow, bounces_.transparent, &depended);
     if (is_black(contribution)) return;
     if (depended && pass_.set.weighted()) {
       pdfs_.light[here.i] = 0.0f;
@@ -383,7 +382,7 @@ void Kernel<profile>::connect(const Here& here, const LightWalk& walk, float sca
     events_ = walked;
     if (!passes_) continue;
     EventSequence light_side;
-    light_side.append(passes_->wants_events() ? passes_->event_at(vertex.bsdf, -direction, vertex.wi_world)
+    light_side.append(passes_->wants_events() ? passes_->event_at(vertex.bsdf, vertex.wi_world, -direction)
                                               : static_cast<uint8_t>(k_scatter_diffuse));
     light_side.append_packed(vertex.events, vertex.depth - 1);
     passes_->joined(added, here.bsdf, here.point.wi_world, direction, Technique::connection, light_side,
@@ -527,11 +526,11 @@ void Kernel<profile>::connect_to_lens(const LightWalk& walk, const LightVertex& 
     splat(lens.raster_px, contribution, u_roulette, nullptr);
     return;
   }
-  const ClassShares first = vertex.bsdf.class_shares(lens.direction_world, vertex.wi_world);
-  PathSignature signature{vertex.depth, &first, {}, scene_.source_of(walk.light()), walk.traits().group,
-                          Technique::light_tracing};
+  const ClassShares first = vertex.bsdf.class_shares(vertex.wi_world, lens.direction_world, Transport::importance);
+  PathSignature signature{
+      vertex.depth, &first, {}, scene_.source_of(walk.light()), walk.traits().group, Technique::light_tracing};
   if (passes_->wants_events()) {
-    signature.events.append(passes_->event_at(vertex.bsdf, lens.direction_world, vertex.wi_world));
+    signature.events.append(passes_->event_at(vertex.bsdf, vertex.wi_world, lens.direction_world));
     signature.events.append_packed(vertex.events, vertex.depth - 1);
   }
   splat(lens.raster_px, contribution, u_roulette, &signature);
@@ -539,8 +538,7 @@ void Kernel<profile>::connect_to_lens(const LightWalk& walk, const LightVertex& 
 
 /// Every pixel whose filter covers the place gets its share; thin shares (the filter's tails) by chance, for less work.
 template <KernelProfile profile>
-void Kernel<profile>::splat(const Vec2& raster_px, const Color& contribution, float u,
-                            const PathSignature* signature) {
+void Kernel<profile>::splat(const Vec2& raster_px, const Color& contribution, float u, const PathSignature* signature) {
   const float reach = settings_.filter.radius_px();
   const auto weigh_axis = [&](float at, int first, int end, std::vector<float>& weights) {
     weights.clear();

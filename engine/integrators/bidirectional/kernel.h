@@ -5,7 +5,6 @@
 #include <optional>
 #include <utility>
 
-
 #include "engine/integrators/integrator.h"
 #include "engine/integrators/passes.h"
 #include "engine/path/light_walk.h"

@@ -1,0 +1,231 @@
+// Passes mean the same under every integrator: what must add up does, pixel by pixel, and each pass of each integrator
+// has the path tracer's expectation (Welch's test over batches).
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <thread>
+
+#include "tests/agreement/integrator_scenes.h"
+#include "tests/common/welch.h"
+
+namespace lambent::test {
+namespace {
+
+constexpr int k_batches = 16;
+
+const char* const k_scattered[3] = {"diffuse", "glossy", "transmission"};
+
+const std::vector<IntegratorCase>& cases() {
+  static const std::vector<IntegratorCase> chosen = [] {
+    std::vector<IntegratorCase> result;
+    for (const IntegratorCase& one : lobe_cases())
+      for (const char* name : {"lobe_principled_1", "lobe_principled_1_transmission", "lobe_diffuse_and_mirror",
+                               "lobe_half_transparent", "lobe_glass_05", "lobe_more_than_all"})
+        if (one.name == name) result.push_back(one);
+    return result;
+  }();
+  return chosen;
+}
+
+/// The scene with its emitters in two groups by turns, and all passes of light.
+SceneMaker with_passes(SceneMaker maker, int64_t samples) {
+  std::vector<std::string> ids;
+  for (const auto& [id, object] : maker.description().objects) ids.push_back(id);
+  for (size_t i = 0; i < ids.size(); ++i) maker.object(ids[i]).light_group = i % 2 ? "odd" : "even";
+  std::vector<description::Pass>& passes = maker.settings.passes;
+  for (const std::string scattered : k_scattered)
+    for (const char* part : {"_direct", "_indirect", "_color"})
+      passes.push_back({scattered + part, scattered + part, ""});
+  for (const char* kind : {"emission", "environment", "caustics_direct", "caustics_indirect",
+                           "technique_unidirectional", "technique_connection", "technique_merging"})
+    passes.push_back({kind, kind, ""});
+  for (const char* group : {"even", "odd", ""})
+    passes.push_back({fmt::format("group {}", group), "light_group", group});
+  for (const char* path : {"C.*L", "C<RD>L", "C<RD>[GS].*L", "C.D.*L", "CGL", "C<T.>.*L"})
+    passes.push_back({path, "light_path", path});
+  maker.settings.samples = samples;
+  maker.settings.light_threshold = 0.0f;
+  return maker;
+}
+
+/// The RGB of every pixel of each channel, light passes multiplied by the colour that they are divided by.
+using Values = std::map<std::string, std::vector<double>>;
+
+Values values_of(const Picture& picture) {
+  Values result;
+  size_t components = 0;
+  for (const Channel& channel : picture.channels) components += static_cast<size_t>(channel.components);
+  size_t first = 0;
+  for (const Channel& channel : picture.channels) {
+    std::vector<double>& values = result[channel.name];
+    for (size_t at = first; at < picture.pixels.size(); at += components)
+      for (size_t k = 0; k < 3; ++k) values.push_back(static_cast<double>(picture.pixels[at + k]));
+    first += static_cast<size_t>(channel.components);
+  }
+  for (const std::string scattered : k_scattered)
+    for (const char* part : {"_direct", "_indirect"})
+      for (size_t i = 0; i < result[scattered + part].size(); ++i)
+        result[scattered + part][i] *= result[scattered + "_color"][i];
+  return result;
+}
+
+void expect_sum(const Values& values, const std::vector<std::string>& parts, const std::string& what) {
+  const std::vector<double>& whole = values.at("combined");
+  double worst = 0.0;
+  for (size_t i = 0; i < whole.size(); ++i) {
+    double sum = 0.0;
+    for (const std::string& part : parts) sum += values.at(part)[i];
+    worst = std::max(worst, std::fabs(sum - whole[i]) / (std::fabs(whole[i]) + 1e-6));
+  }
+  // A dozen floats, each rounded twice.
+  EXPECT_LT(worst, 1e-5) << what;
+}
+
+class Passes : public testing::TestWithParam<size_t> {};
+
+TEST_P(Passes, add_up_to_the_picture_in_every_integrator) {
+  const IntegratorCase& one = cases()[GetParam()];
+  SceneMaker maker = with_passes(one.maker, 2);
+  std::vector<std::string> integrators = one.integrators;
+  integrators.emplace_back("PT");
+  for (const std::string& integrator : integrators) {
+    maker.settings.integrator = integrator;
+    const Values values = values_of(render(maker.transaction()));
+    const std::string what = one.name + " " + integrator;
+    std::vector<std::string> light{"emission", "environment"};
+    for (const std::string scattered : k_scattered)
+      for (const char* part : {"_direct", "_indirect"}) light.push_back(scattered + part);
+    expect_sum(values, light, what + ", passes of light");
+    expect_sum(values, {"group even", "group odd", "group "}, what + ", light groups");
+    expect_sum(values, {"technique_unidirectional", "technique_connection", "technique_merging"},
+               what + ", techniques");
+    expect_sum(values, {"C.*L"}, what + ", all paths");
+  }
+}
+
+TEST_P(Passes, have_the_path_tracers_expectation) {
+  const IntegratorCase& one = cases()[GetParam()];
+  // Batches of the mean over the picture, by channel.
+  const auto batches = [&](const std::string& integrator, uint32_t first_seed) {
+    std::map<std::string, std::vector<double>> means;
+    SceneMaker maker = with_passes(one.maker, 4);
+    maker.settings.integrator = integrator;
+    for (uint32_t batch = 0; batch < k_batches; ++batch) {
+      maker.settings.seed = first_seed + batch;
+      for (const auto& [name, values] : values_of(render(maker.transaction()))) {
+        if (name.starts_with("technique")) continue;
+        double sum = 0.0;
+        for (const double value : values) sum += value;
+        means[name].push_back(sum / static_cast<double>(values.size()));
+      }
+    }
+    return means;
+  };
+  const auto reference = batches("PT", 100);
+  const size_t comparisons = reference.size() * one.integrators.size() * cases().size();
+  for (size_t i = 0; i < one.integrators.size(); ++i)
+    for (const auto& [name, found] : batches(one.integrators[i], 1000 + 100 * static_cast<uint32_t>(i))) {
+      const std::vector<double>& expected = reference.at(name);
+      const WelchResult test = welch_test(found, expected, 1e-6);
+      double mean = 0.0;
+      for (const double value : expected) mean += value / k_batches;
+      EXPECT_GT(test.p_value, 0.01 / static_cast<double>(comparisons))
+          << one.name << " " << one.integrators[i] << ", pass '" << name << "': differs by " << test.difference
+          << " +- " << test.standard_error << " from " << mean;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(, Passes, testing::Range(size_t{0}, cases().size()),
+                         [](const testing::TestParamInfo<size_t>& one) { return cases()[one.param].name; });
+
+/// Every kind there is but for time, which no render repeats.
+std::vector<description::Pass> everything() {
+  std::vector<description::Pass> passes;
+  for (const std::string& kind : available_passes())
+    if (kind != "combined" && kind != "time") passes.push_back({kind, kind, kind == "light_path" ? "C.*L" : "6"});
+  return passes;
+}
+
+TEST(PassesOfARender, do_not_depend_on_threads_tiles_or_each_other) {
+  for (const char* integrator : {"PT", "VCM"}) {
+    SceneMaker maker = room(3);
+    maker.settings.integrator = integrator;
+    maker.settings.passes = everything();
+    maker.settings.tile_size_px = 16;
+    const Picture reference = render(maker.transaction(), 1);
+    maker.settings.tile_size_px = 24;
+    EXPECT_EQ(render(maker.transaction(), 5).pixels, reference.pixels) << integrator;
+
+    // The picture is bit for bit that of a render without passes.
+    maker.settings.passes.clear();
+    const Picture plain = render(maker.transaction());
+    const size_t components = reference.pixels.size() / (plain.pixels.size() / 4);
+    for (size_t pixel = 0; pixel < plain.pixels.size() / 4; ++pixel)
+      for (size_t k = 0; k < 4; ++k)
+        ASSERT_EQ(plain.pixels[4 * pixel + k], reference.pixels[components * pixel + k]) << integrator << " " << pixel;
+  }
+}
+
+TEST(PassesOfARender, continue_from_a_checkpoint_bit_for_bit) {
+  SceneMaker maker = room(24);
+  maker.settings.integrator = "VCM";
+  maker.settings.passes = everything();
+  const Picture reference = render(maker.transaction());
+  const std::string path = testing::TempDir() + "lambent_passes.checkpoint";
+  const auto engine = Engine::create({});
+  {
+    Session first(engine, {});
+    first.apply(maker.transaction());
+    first.start(1);
+    while (first.progress().samples < 2) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    first.cancel();
+    first.wait();
+    const Status saved = first.save_checkpoint(path);
+    ASSERT_TRUE(static_cast<bool>(saved)) << saved.error();
+  }
+  Session second(engine, {});
+  second.apply(maker.transaction());
+  ASSERT_TRUE(static_cast<bool>(second.load_checkpoint(path)));
+  second.start(2);
+  second.wait();
+  EXPECT_EQ(second.picture().pixels, reference.pixels);
+  std::remove(path.c_str());
+}
+
+TEST(PassesOfARender, that_cannot_be_made_are_named_and_left_out) {
+  SceneMaker maker = room(1);
+  maker.settings.passes = {{"Depth", "depth", ""},
+                           {"Depth", "mist", ""},
+                           {"combined", "normal", ""},
+                           {"What", "no such kind", ""},
+                           {"Bad", "light_path", "C(DL"},
+                           {"Dark", "light_group", "no such group"},
+                           {"Nothing", "aov_color", "no such AOV"}};
+  Report report;
+  const Picture picture = render(maker.transaction(), 0, nullptr, &report);
+  std::vector<std::string> names;
+  for (const Channel& channel : picture.channels) names.push_back(channel.name);
+  EXPECT_EQ(names, (std::vector<std::string>{"combined", "Depth", "Dark", "Nothing"}));
+  std::vector<std::string> texts;
+  for (const Message& message : report.messages())
+    if (message.code == "pass") texts.push_back(message.text);
+  EXPECT_EQ(texts, (std::vector<std::string>{
+                       "Pass 'Depth' is left out: another one has its name",
+                       "Pass 'combined' is left out: another one has its name",
+                       "Pass 'What' is left out: there is no kind 'no such kind' of pass",
+                       "Pass 'Bad' is left out: in its expression 'C(DL', at its end: a ')' is expected"}));
+}
+
+TEST(PassesOfARender, as_many_as_one_likes_up_to_a_limit) {
+  SceneMaker maker = room(1);
+  for (int i = 0; i < 300; ++i) maker.settings.passes.push_back({fmt::format("normal {}", i), "normal", ""});
+  Report report;
+  const Picture picture = render(maker.transaction(), 0, nullptr, &report);
+  EXPECT_EQ(picture.channels.size(), 256u);
+  EXPECT_EQ(report.messages().size(), 45u);
+}
+
+}  // namespace
+}  // namespace lambent::test

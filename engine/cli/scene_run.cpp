@@ -1,6 +1,7 @@
 #include "engine/cli/scene_run.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>

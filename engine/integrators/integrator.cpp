@@ -1,6 +1,7 @@
 #include "engine/integrators/integrator.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <numbers>

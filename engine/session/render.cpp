@@ -119,7 +119,10 @@ void Render::finish(const Piece& piece, const RayCounts& counts) {
 
 Render::End Render::run() {
   using namespace std::chrono_literals;
-  start_ = Clock::now();
+  {
+    const std::lock_guard lock(mutex_);  // progress is asked for already
+    start_ = Clock::now();
+  }
   pool_.add(this);
   {
     std::unique_lock lock(mutex_);

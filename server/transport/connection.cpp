@@ -105,7 +105,7 @@ void Connection::close(std::string reason) {
   if (!state_->open) return;
   state_->open = state_->reading = false;
   std::error_code ignored;
-  state_->timeout.cancel(ignored);
+  state_->timeout.cancel();
   state_->socket.close(ignored);
   state_->queue.clear();
   state_->pending = 0;

@@ -27,6 +27,7 @@ PRELUDE = f"""
 import sys
 sys.path.insert(0, {ADDONS!r})
 import bpy, lambent
+print('VERSION', *bpy.app.version)
 lambent.register()
 scene = bpy.context.scene
 def empty_scene():
@@ -101,6 +102,11 @@ class Run:
     def of_type(self, kind):
         """The recorded messages of a type."""
         return [message for message in self.messages if message["header"]["type"] == kind]
+
+    @property
+    def blender_major(self):
+        """The first number of the version of the Blender that ran PRELUDE."""
+        return int(self.output.split("VERSION ")[1].split()[0])
 
     @property
     def transactions(self):

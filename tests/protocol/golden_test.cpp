@@ -69,7 +69,8 @@ TEST(Golden, frames_are_read_as_described_and_malformed_ones_refused) {
       std::memcpy(memory->data(), payload.data(), payload.size());
       const auto arrays = decode_arrays(header, {memory, *memory});
       ASSERT_TRUE(arrays) << path << arrays.error();
-      for (size_t k = 0; k < arrays->size(); ++k) EXPECT_EQ((*arrays)[k]->hash, expected["arrays"][k]["hash"]) << path;
+      for (size_t k = 0; k < arrays->size(); ++k)
+        EXPECT_EQ((*arrays)[k]->hash, expected["arrays"][k]["hash"].get<std::string>()) << path;
     }
   }
 }

@@ -25,6 +25,23 @@ Result<std::unique_ptr<Integrator>> make_integrator(const std::string& name, std
                            fmt::join(integrator_names(), ", "))};
 }
 
+void report_lost_light(const std::string& name, const Scene& scene, Report& report) {
+  const TechniqueSet* set = find_techniques(name);
+  if (!set || set->next_event) return;
+  if (!set->merging && scene.profile().subsurface)
+    report.warning("lost_light", name,
+                   fmt::format("{} does not find light that scatters under surfaces: they are rendered black.", name));
+  std::vector<std::string> lost = scene.lights_without_walks();
+  if (lost.empty()) return;
+  constexpr size_t k_most_names = 8;
+  const size_t more = lost.size() > k_most_names ? lost.size() - k_most_names : 0;
+  lost.resize(lost.size() - more);
+  report.warning("lost_light", name,
+                 fmt::format("{} does not find the light of '{}'{}: it casts no shadows, is hidden from some rays or "
+                             "depends on the Light Path node. PT, BPT and VCM do.",
+                             name, fmt::join(lost, "', '"), more ? fmt::format(" and {} more", more) : ""));
+}
+
 double splat_unit(const std::string& name, const Scene& scene, float exposure) {
   const TechniqueSet* set = find_techniques(name);
   if (!set || !set->light_tracing) return 0.0;

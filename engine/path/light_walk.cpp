@@ -124,7 +124,8 @@ void LightWalk::trace(const Sampler& sampler, float time) {
       scene_.fill_shading_point(surface, *vertex.binding, vertex.wi_world, distance,
                                 scene_.footprint_at(surface.p_world), seen_as, point);
       program.evaluate(point, scene_.textures(), vertex.bsdf);
-      scatters = !caustics_drop_lobes(vertex.bsdf, settings_);
+      scatters = !caustics_drop_lobes(vertex.bsdf, settings_) &&
+                 !(program.traits().subsurface && vertex.bsdf.has_subsurface_after_diffuse());
     }
     if (!scatters) {
       point.ng_world = vertex.ng_world;
@@ -150,7 +151,8 @@ void LightWalk::trace(const Sampler& sampler, float time) {
     const BsdfSample sampled =
         vertex.bsdf.sample(vertex.wi_world, sampler.get_1d(light_bounce_dimension(base, k_dimension_lobe)),
                            sampler.get_2d(light_bounce_dimension(base, k_dimension_direction)), Transport::importance);
-    if (sampled.event == k_scatter_none) return;
+    // Light that goes under the surface is found by camera walks alone.
+    if (sampled.event == k_scatter_none || (sampled.event & k_scatter_subsurface)) return;
     const uint32_t visible = mask_at(2);
     if (sampled.event & k_scatter_transparent) {
       counts.add(sampled.event);

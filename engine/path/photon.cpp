@@ -101,8 +101,9 @@ void PhotonBatch::add(const LightWalk& walk, int first) {
                      saturated(vertex.counts.transmission), saturated(vertex.counts.transparent)};
     record.depth = static_cast<uint16_t>(vertex.depth);
     record.flags = static_cast<uint16_t>((walk.pdfs().connectible[depth] ? k_record_connectible : 0) | limited);
-    // Surfaces where light walks end still merge: the camera walk evaluates there.
-    const bool merges = vertex.depth >= first && (vertex.bsdf.has_non_delta() || vertex.bsdf.empty());
+    // Surfaces where light walks end still merge: the camera walk evaluates there, or leaves there from under them.
+    const bool merges = vertex.depth >= first && (vertex.bsdf.has_non_delta() || vertex.bsdf.empty() ||
+                                                  vertex.binding->program->traits().subsurface);
     if (merges)
       photons.push_back({vertex.surface.p_world, pack_direction(vertex.wi_world), PackedColor::of(vertex.throughput),
                          pack_direction(vertex.ng_world), static_cast<uint32_t>(records.size())});

@@ -16,6 +16,7 @@ std::vector<std::string> select(const SceneProfile& profile, bool value) {
       {profile.lamps, "lamps"},
       {profile.textures, "image textures"},
       {profile.depth_of_field, "depth of field"},
+      {profile.subsurface, "subsurface scattering"},
   };
   std::vector<std::string> names;
   for (const auto& [present, name] : features)

@@ -25,6 +25,7 @@ struct SceneProfile {
   bool lamps = false;        ///< lights other than meshes and the world
   bool textures = false;
   bool depth_of_field = false;
+  bool subsurface = false;  ///< some material scatters under its surface
 
   KernelProfile kernel() const { return transparency ? KernelProfile::surfaces : KernelProfile::solid; }
 };

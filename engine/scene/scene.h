@@ -67,6 +67,8 @@ class Scene {
   const LightSet& lights() const { return *lights_; }
   const TextureSystem* textures() const { return textures_.get(); }
   const SceneProfile& profile() const { return profile_; }
+  /// Objects whose light only camera walks find (LightTraits::starts_walks), the world's name among them.
+  const std::vector<std::string>& lights_without_walks() const { return lights_without_walks_; }
   const ViewSpace& view() const { return view_; }
   const InstanceShading& instance(uint32_t instance) const { return instances_[instance]; }
   /// By object_index; empty unless the settings ask for passes of ids.
@@ -151,6 +153,7 @@ class Scene {
   std::shared_ptr<const Program> world_;
   std::shared_ptr<const TextureSystem> textures_;
   SceneProfile profile_;
+  std::vector<std::string> lights_without_walks_;
   Vec3d origin_shift_{0.0};
   bool subtracts_light_ = false;
   float pixel_width_m_ = 0.0f, pixel_spread_ = 0.0f;  ///< at the middle of the frame

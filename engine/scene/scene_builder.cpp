@@ -302,6 +302,7 @@ void SceneBuilder::State::find_profile(Build& build) {
     const ProgramTraits& traits = binding.program->traits();
     profile.transparency = profile.transparency || traits.may_be_transparent;
     profile.differentials = profile.differentials || traits.needs_differentials;
+    profile.subsurface = profile.subsurface || traits.subsurface;
   }
   profile.textures = !images.empty();
   profile.depth_of_field = build.scene->camera_.lens_radius_m() > 0.0f;

@@ -74,6 +74,7 @@ void SceneBuilder::State::add_lamps(Build& build, LightSetBuilder& set) {
       lamp.traits.starts_walks = !traits.path_dependent;
     }
     lamp.traits.starts_walks &= lamp.traits.shadows && !(lamp.traits.hidden_from & k_visible_scattered);
+    if (!lamp.traits.starts_walks) build.scene->lights_without_walks_.push_back(object->name);
     build.scene->subtracts_light_ |= min_component(lamp.energy) < 0.0f;
     for (const Transform& transform : instance_transforms(*object, build.scene->origin_shift_)) {
       lamp.world_from_light = transform;
@@ -111,6 +112,7 @@ void SceneBuilder::State::add_emissive_meshes(Build& build, LightSetBuilder& set
       emission.traits.group = scene.instances_[first_instance].light_group;
       emission.traits.starts_walks =
           (traits.constant_emission || !traits.path_dependent) && !(emission.traits.hidden_from & k_visible_scattered);
+      if (!emission.traits.starts_walks) scene.lights_without_walks_.push_back(object.name);
       emissions[slot] = set.add_emission(emission);
     }
     for (size_t k = 0; k < object.world_from_object.size(); ++k) {
@@ -167,6 +169,7 @@ void SceneBuilder::State::add_world(Build& build, LightSetBuilder& set) {
   light.traits.hidden_from = ~visibility_mask(found->second->visibility) & k_visible_all;
   light.traits.group = light_group(build, found->second->light_group);
   light.traits.starts_walks &= !(light.traits.hidden_from & k_visible_scattered);
+  if (!light.traits.starts_walks) build.scene->lights_without_walks_.push_back(found->second->name);
   set.set_environment(std::move(light));
 }
 

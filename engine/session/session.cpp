@@ -258,7 +258,10 @@ RenderOutcome Session::State::render(const std::shared_ptr<Run>& run_pointer) {
   const std::optional<Result<std::shared_ptr<const Scene>>> built = build(run_pointer, report);
   outcome.statistics.build_s = seconds_since(build_start);
   std::shared_ptr<const PassPlan> passes;
-  if (built && *built) passes = pass_plan(settings, ***built, report);
+  if (built && *built) {
+    passes = pass_plan(settings, ***built, report);
+    report_lost_light(settings.integrator, ***built, report);
+  }
   if (events.report && !of.cancel.cancelled()) events.report(of.epoch, report);
   if (!built) return fail({});
   const Result<std::shared_ptr<const Scene>>& scene = *built;

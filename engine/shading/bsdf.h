@@ -25,6 +25,7 @@ enum ScatterEvent : uint8_t {
   k_scatter_transmission = 4,
   k_scatter_delta = 8,         ///< probability, not density
   k_scatter_transparent = 16,  ///< goes straight on: not counted as a bounce
+  k_scatter_subsurface = 32,   ///< goes in, and on from where a walk under the surface comes out: no bounce by itself
 };
 
 /// Value of all non-delta lobes for a pair of directions.
@@ -35,7 +36,7 @@ struct BsdfEval {
 };
 
 struct BsdfSample {
-  Vec3 wo_world{0.0f};
+  Vec3 wo_world{0.0f};                   ///< not set by subsurface lobes
   Color weight{0.0f};                    ///< f·cos/pdf, all lobes that share wo; for delta lobes f·cos/prob
   float pdf_solid_angle = 0.0f;          ///< for delta lobes the discrete probability
   float pdf_reverse_solid_angle = 0.0f;  ///< likewise, reversed

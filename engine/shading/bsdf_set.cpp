@@ -40,6 +40,7 @@ float adjoint(const Vec3& ng, const Vec3& wi, const Vec3& wo, Transport transpor
 
 uint8_t event_of(const Lobe& lobe, bool transmitted) {
   if (lobe.kind == LobeKind::transparent) return k_scatter_transparent | k_scatter_delta;
+  if (lobe.kind == LobeKind::subsurface) return k_scatter_subsurface | k_scatter_delta;
   uint8_t event = is_diffuse(lobe.kind) ? k_scatter_diffuse : k_scatter_glossy;
   if (transmitted) event |= k_scatter_transmission;
   if (is_delta(lobe)) event |= k_scatter_delta;
@@ -113,10 +114,18 @@ Lobe Bsdf::sanitized(const Lobe& given) {
   lobe.alpha_x = sane(lobe.alpha_x, 0.0f, 1.0f, 1.0f);
   lobe.alpha_y = sane(lobe.alpha_y, 0.0f, 1.0f, 1.0f);
   const bool hair = lobe.kind == LobeKind::hair_reflection || lobe.kind == LobeKind::hair_transmission;
-  lobe.param = sane(lobe.param, hair ? -0.5f * k_pi : 0.0f, hair ? 0.5f * k_pi : 1.0f, 0.0f);
+  const bool subsurface = lobe.kind == LobeKind::subsurface;
+  lobe.param = sane(lobe.param,
+                    hair         ? -0.5f * k_pi
+                    : subsurface ? -0.99f
+                                 : 0.0f,
+                    hair         ? 0.5f * k_pi
+                    : subsurface ? 0.99f
+                                 : 1.0f,
+                    0.0f);
   lobe.eta = sane(lobe.eta, 1e-5f, 1e5f, 1.0f);
   lobe.f0 = sane_color(lobe.f0, 1.0f);
-  lobe.f90 = sane_color(lobe.f90, 1.0f);
+  lobe.f90 = sane_color(lobe.f90, subsurface ? 1e30f : 1.0f);
   if (!is_finite(lobe.n) || length_squared(lobe.n) < 0.25f)
     lobe.n = Vec3(0.0f);  // add_sanitized() puts ns in its place
   if (!is_finite(lobe.tangent)) lobe.tangent = Vec3(0.0f);
@@ -169,6 +178,17 @@ void Bsdf::drop_glossy(bool reflection, bool refraction) {
   }
   count_ = kept;
   shares_wi_world_ = Vec3(0.0f);
+}
+
+void Bsdf::drop_subsurface_after_diffuse() {
+  for (int i = 0; i < count_; ++i)
+    if (lobes_[i].diffuse_after_diffuse) {
+      lobes_[i].kind = lobes_[i].macro_fresnel ? LobeKind::principled_diffuse : LobeKind::diffuse;
+      lobes_[i].param = 0.0f;  // retro-reflection is a lobe of its own
+      lobes_[i].diffuse_after_diffuse = false;
+      has_non_delta_ = true;
+      shares_wi_world_ = Vec3(0.0f);
+    }
 }
 
 void Bsdf::add_sanitized(const Lobe& given) {
@@ -278,6 +298,15 @@ BsdfSample Bsdf::sample(const Vec3& wi_world, float u_lobe, const Vec2& u, Trans
     result.lobe = picked;
     return result;
   }
+  if (lobe.kind == LobeKind::subsurface) {
+    const float cos_wi = dot(lobe.n, wi_world);
+    if (cos_wi <= 0.0f) return result;
+    result.weight = lobe.weight * (1.0f / prob);
+    result.pdf_solid_angle = prob;
+    result.event = event_of(lobe, false);
+    result.lobe = picked;
+    return result;
+  }
   const Frame frame = lobe_frame(lobe);
   const LobeSample sampled = sample_lobe(lobe, frame.to_local(wi_world), u_choice, u, camera_is_wi);
   if (!sampled.valid) return result;
@@ -319,7 +348,8 @@ BsdfSample Bsdf::sample(const Vec3& wi_world, float u_lobe, const Vec2& u, Trans
 
 BsdfEval Bsdf::eval_delta(int index, const Vec3& wi_world, const Vec3& wo_world, Transport transport) const {
   BsdfEval result;
-  if (index < 0 || index >= count_ || !is_delta(lobes_[index])) return result;
+  if (index < 0 || index >= count_ || !is_delta(lobes_[index]) || lobes_[index].kind == LobeKind::subsurface)
+    return result;
   const Lobe& lobe = lobes_[index];
   const Shares& selected = shares(wi_world);
   float total_reverse = 0.0f, share_reverse = 0.0f;

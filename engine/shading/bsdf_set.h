@@ -45,6 +45,15 @@ class Bsdf {
   /// there).
   void drop_glossy(bool reflection, bool refraction);
 
+  /// Some lobe is one that paths see as diffuse after a diffuse event (Lobe::diffuse_after_diffuse).
+  bool has_subsurface_after_diffuse() const {
+    for (const Lobe& lobe : lobes())
+      if (lobe.diffuse_after_diffuse) return true;
+    return false;
+  }
+  /// Makes those lobes diffuse.
+  void drop_subsurface_after_diffuse();
+
   /// All non-delta lobes for one pair of unit world directions; zero for pairs that no lobe connects.
   BsdfEval eval(const Vec3& wi_world, const Vec3& wo_world, Transport transport,
                 ReversePdf reverse = ReversePdf::yes) const;

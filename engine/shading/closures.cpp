@@ -3,6 +3,7 @@
 
 #include "engine/shading/albedo_table.h"
 #include "engine/shading/fresnel.h"
+#include "engine/shading/subsurface.h"
 
 namespace lambent {
 namespace {
@@ -77,6 +78,30 @@ void fit_conductor(float n_given, float k_given, float& f0, float& tint) {
   tint = clamp01(conductor_reflectance(k_cosine, n, k) / std::max(schlick, 1e-4f));
 }
 
+struct SubsurfaceInput {
+  Color radius_m;
+  float anisotropy, ior, roughness;
+  SubsurfaceRules rules;
+};
+
+// A subsurface lobe of that colour, and a diffuse one in the channels whose radius is nothing.
+void add_subsurface(const Color& color, float weight, const SubsurfaceInput& input, LobeTemplates& templates) {
+  Color inside = color * weight, outside(0.0f);
+  for (int k = 0; k < 3; ++k)
+    if (!(input.radius_m[k] >= k_least_subsurface_radius_m)) std::swap(inside[k], outside[k]);
+  if (!is_black(outside)) templates.add(LobeKind::diffuse, outside);
+  if (is_black(inside)) return;
+  const SubsurfaceMethod method = input.rules.method;
+  Lobe& lobe = templates.add(LobeKind::subsurface, inside);
+  lobe.f0 = clamp_color(color, 1.0f);
+  lobe.f90 = subsurface_mean_free_path(method, input.radius_m, lobe.f0, input.ior);
+  lobe.param = std::clamp(input.anisotropy, -0.99f, method == SubsurfaceMethod::refractive ? 0.99f : 0.9f);
+  lobe.eta = std::clamp(input.ior, 1.01f, 3.8f);
+  lobe.alpha_x = lobe.alpha_y = method == SubsurfaceMethod::skin ? 1.0f : sqr(clamp01(input.roughness));
+  lobe.subsurface = method;
+  lobe.diffuse_after_diffuse = input.rules.diffuse_after_diffuse;
+}
+
 void make_principled_1(const Principled1& p, GlossModel model, bool backfacing, LobeTemplates& templates) {
   const float metallic = clamp01(p.metallic), transmission = clamp01(p.transmission);
   const float diffuse_weight = (1.0f - metallic) * (1.0f - transmission);
@@ -85,9 +110,25 @@ void make_principled_1(const Principled1& p, GlossModel model, bool backfacing, 
   const bool multiscatter = model == GlossModel::multiscatter_ggx;
 
   if (diffuse_weight > k_cutoff) {
-    // Subsurface scattering is stood in for by the diffuse lobe with the mixed colour
-    const Color color = p.subsurface > k_cutoff ? lerp(p.base, p.subsurface_color, p.subsurface) : p.base;
-    templates.add(LobeKind::principled_diffuse, color * diffuse_weight).param = p.roughness;
+    if (p.subsurface > k_cutoff) {
+      const Color color = lerp(p.base, p.subsurface_color, p.subsurface);
+      const int before = templates.count;
+      add_subsurface(color, diffuse_weight,
+                     {p.subsurface_radius * p.subsurface, p.subsurface_anisotropy, p.subsurface_ior, 1.0f,
+                      SubsurfaceRules::unpack(p.subsurface_rules)},
+                     templates);
+      for (int i = before; i < templates.count; ++i) {
+        Lobe& lobe = templates.entries[i].lobe;
+        lobe.macro_fresnel = lobe.kind == LobeKind::subsurface;
+        if (lobe.kind == LobeKind::diffuse) lobe.kind = LobeKind::principled_diffuse, lobe.param = p.roughness;
+      }
+      if (templates.last().lobe.kind == LobeKind::subsurface) {
+        const Color inside = templates.last().lobe.weight;
+        templates.add(LobeKind::principled_retro, inside).param = p.roughness;
+      }
+    } else {
+      templates.add(LobeKind::principled_diffuse, p.base * diffuse_weight).param = p.roughness;
+    }
     if (p.sheen > k_cutoff) {
       const Color tint = lerp(Color(1.0f), tint_of(p.base, luminance(p.base)), p.sheen_tint);
       templates.add(LobeKind::principled_sheen, tint * (p.sheen * diffuse_weight));
@@ -210,8 +251,18 @@ void make_principled_2(const Principled2& p, GlossModel model, bool backfacing, 
     set_aspect(templates, p.anisotropic, p.rotation);
     weight = layered(weight, layer_albedo(lobe.f0, cos_view, roughness));
   }
+  if (max_component(weight) > k_cutoff && p.subsurface > k_cutoff) {
+    const float share = clamp01(p.subsurface);
+    const SubsurfaceRules rules = SubsurfaceRules::unpack(p.subsurface_rules);
+    const int before = templates.count;
+    add_subsurface(base, share,
+                   {p.subsurface_radius * p.subsurface_scale, p.subsurface_anisotropy,
+                    rules.method == SubsurfaceMethod::skin ? p.subsurface_ior : ior, roughness, rules},
+                   templates);
+    for (int i = before; i < templates.count; ++i) templates.entries[i].lobe.weight *= weight;
+    weight *= 1.0f - share;
+  }
   if (max_component(weight) > k_cutoff) {
-    // Subsurface scattering is stood in for by the diffuse lobe
     Lobe& lobe = templates.add(p.diffuse_roughness < k_cutoff ? LobeKind::diffuse : LobeKind::oren_nayar,
                                clamp_color(p.base, 1e30f) * weight);
     lobe.param = clamp01(p.diffuse_roughness);
@@ -230,14 +281,15 @@ struct Reader {
 // Members of a braced list are evaluated in their order.
 Principled1 read_principled_1(const float* p) {
   Reader r{p};
-  return {r.color(),  r.number(), r.color(),  r.number(), r.number(), r.number(), r.number(), r.number(),
-          r.number(), r.number(), r.number(), r.number(), r.number(), r.number(), r.number(), r.number()};
+  return {r.color(),  r.number(), r.color(),  r.number(), r.number(), r.number(), r.number(),
+          r.number(), r.number(), r.number(), r.number(), r.number(), r.number(), r.number(),
+          r.number(), r.number(), r.color(),  r.number(), r.number(), r.number()};
 }
 Principled2 read_principled_2(const float* p) {
   Reader r{p};
-  return {r.color(), r.number(), r.number(), r.number(), r.number(), r.number(), r.number(),
-          r.color(), r.number(), r.number(), r.number(), r.number(), r.number(), r.number(),
-          r.color(), r.number(), r.number(), r.color(),  r.color()};
+  return {r.color(),  r.number(), r.number(), r.number(), r.number(), r.number(), r.number(), r.color(),
+          r.number(), r.number(), r.number(), r.number(), r.number(), r.number(), r.color(),  r.number(),
+          r.number(), r.color(),  r.color(),  r.number(), r.number(), r.number(), r.number(), r.color()};
 }
 
 }  // namespace
@@ -264,6 +316,8 @@ int closure_parameter_count(ClosureKind kind) {
     case ClosureKind::metallic:
     case ClosureKind::conductor:
       return 9;
+    case ClosureKind::subsurface:
+      return closure_parameter::k_scatter + 4;
     case ClosureKind::principled_1:
       return sizeof(Principled1) / sizeof(float);
     case ClosureKind::principled_2:
@@ -361,6 +415,12 @@ void make_lobes(ClosureKind kind, GlossModel model, const float* raw, bool backf
       set_anisotropy(templates, p[k_anisotropy], p[k_rotation]);
       break;
     }
+    case ClosureKind::subsurface:
+      add_subsurface(color, 1.0f,
+                     {Color(p[k_radius], p[k_radius + 1], p[k_radius + 2]), p[k_scatter], p[k_scatter + 1],
+                      p[k_scatter + 2], SubsurfaceRules::unpack(p[k_scatter + 3])},
+                     templates);
+      break;
     case ClosureKind::principled_1:
       make_principled_1(read_principled_1(p), model, backfacing, templates);
       break;

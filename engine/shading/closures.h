@@ -2,6 +2,7 @@
 // generations.
 #pragma once
 
+#include <algorithm>
 #include <array>
 
 #include "engine/shading/lobe.h"
@@ -23,6 +24,7 @@ enum class ClosureKind : uint8_t {
   hair_transmission,
   metallic,
   conductor,
+  subsurface,
   principled_1,
   principled_2,
   emission
@@ -44,7 +46,21 @@ inline constexpr int k_anisotropy = 4;  // glossy, metallic
 inline constexpr int k_rotation = 5;    // glossy, metallic
 inline constexpr int k_edge_tint = 6;   // metallic
 inline constexpr int k_extinction = 6;  // conductor, whose colour is its index
+inline constexpr int k_radius = 3;      // subsurface: by channel, m
+inline constexpr int k_scatter = 6;     // subsurface: anisotropy, index, roughness and SubsurfaceRules
 }  // namespace closure_parameter
+
+/// Which method a subsurface closure has, and how paths that met a diffuse surface see it: a parameter, as a float.
+struct SubsurfaceRules {
+  SubsurfaceMethod method = SubsurfaceMethod::fixed_radius;
+  bool diffuse_after_diffuse = false;
+
+  float pack() const { return static_cast<float>(static_cast<int>(method) * 2 + diffuse_after_diffuse); }
+  static SubsurfaceRules unpack(float packed) {
+    const int bits = std::clamp(static_cast<int>(packed), 0, 7);
+    return {static_cast<SubsurfaceMethod>(bits / 2), bits % 2 != 0};
+  }
+};
 
 /// Principled parameters in the order in which they are stored.
 struct Principled1 {  // Blender before 4.0
@@ -53,6 +69,8 @@ struct Principled1 {  // Blender before 4.0
   Color subsurface_color;
   float metallic, specular, specular_tint, roughness, anisotropic, rotation, sheen, sheen_tint, clearcoat,
       clearcoat_roughness, ior, transmission, transmission_roughness;
+  Color subsurface_radius;
+  float subsurface_ior, subsurface_anisotropy, subsurface_rules;
 };
 struct Principled2 {  // Blender 4.0 and later
   Color base;
@@ -61,9 +79,11 @@ struct Principled2 {  // Blender 4.0 and later
   float anisotropic, rotation, transmission, coat, coat_roughness, coat_ior;
   Color coat_tint;
   float sheen, sheen_roughness;
-  Color sheen_tint, emission;
+  Color sheen_tint, subsurface_radius;
+  float subsurface_scale, subsurface_ior, subsurface_anisotropy, subsurface_rules;
+  Color emission;
 };
-inline constexpr int k_max_closure_parameters = 32;
+inline constexpr int k_max_closure_parameters = 36;
 static_assert(sizeof(Principled1) <= k_max_closure_parameters * sizeof(float));
 static_assert(sizeof(Principled2) <= k_max_closure_parameters * sizeof(float));
 /// Floats that a closure of the kind reads.
@@ -71,7 +91,7 @@ int closure_parameter_count(ClosureKind kind);
 
 /// Lobes of one closure, before its weight and its normals.
 struct LobeTemplates {
-  static constexpr int k_capacity = 6;
+  static constexpr int k_capacity = 8;
   struct Entry {
     Lobe lobe;
     bool coat = false;         ///< takes the coat normal

@@ -90,6 +90,17 @@ bool may_be_nonzero(Compiler& compiler, int node, const char* socket, float othe
   return !compiler.expressions().is_number(compiler.number(node, socket, otherwise, 0), 0.0f);
 }
 
+SubsurfaceRules subsurface_rules(Compiler& compiler, int node, const char* property, int generation) {
+  const std::string name = compiler.text(node, property, "RANDOM_WALK");
+  const bool older = generation == 1;  // their paths see a diffuse surface after any other one
+  if (name == "RANDOM_WALK") return {older ? SubsurfaceMethod::random_walk : SubsurfaceMethod::refractive, older};
+  if (name == "RANDOM_WALK_SKIN") return {SubsurfaceMethod::skin, older};
+  // Christensen & Burley's profile is that of a walk in a half space, which stands in for it.
+  if (name != "BURLEY" && name != "RANDOM_WALK_FIXED_RADIUS")
+    compiler.warn_unsupported(node, "its subsurface method '" + name + "' is rendered by a random walk");
+  return {SubsurfaceMethod::fixed_radius, older || name == "BURLEY"};
+}
+
 void principled_1(Compiler& compiler, int node, const Value& weight) {
   Expressions& e = compiler.expressions();
   const Value alpha = compiler.number(node, "Alpha", 1.0f, 0);
@@ -97,8 +108,6 @@ void principled_1(Compiler& compiler, int node, const Value& weight) {
   const Value opaque = e.operation(Op::mix_weight_second, 0, {weight, alpha}, 1);
   add_emission(compiler, node, compiler.color(node, "Emission", Color(0.0f), 0),
                compiler.number(node, "Emission Strength", 1.0f, 0), opaque);
-  if (may_be_nonzero(compiler, node, "Subsurface", 0.0f))
-    compiler.warn_unsupported(node, "subsurface scattering is rendered as diffuse reflection of its colour");
   ClosureUse use{};
   use.kind = ClosureKind::principled_1;
   use.model = gloss_model(compiler, node, "GGX");
@@ -112,6 +121,8 @@ void principled_1(Compiler& compiler, int node, const Value& weight) {
   p.number("Anisotropic", 0.0f).number("Anisotropic Rotation", 0.0f).number("Sheen", 0.0f).number("Sheen Tint", 0.5f);
   p.number("Clearcoat", 0.0f).number("Clearcoat Roughness", 0.03f).number("IOR", 1.45f);
   p.number("Transmission", 0.0f).number("Transmission Roughness", 0.0f);
+  p.color("Subsurface Radius", Color(1.0f, 0.2f, 0.1f)).number("Subsurface IOR", 1.4f);
+  p.number("Subsurface Anisotropy", 0.0f).constant(subsurface_rules(compiler, node, "subsurface_method", 1).pack());
   compiler.add_closure(use, opaque, normals.values, p.values());
 }
 
@@ -120,8 +131,6 @@ void principled_2(Compiler& compiler, int node, const Value& weight) {
   const Value alpha = compiler.number(node, "Alpha", 1.0f, 0);
   add_transparent(compiler, node, e.vector(Vec3(1.0f)), e.operation(Op::mix_weight_first, 0, {weight, alpha}, 1));
   const Value opaque = e.operation(Op::mix_weight_second, 0, {weight, alpha}, 1);
-  if (may_be_nonzero(compiler, node, "Subsurface Weight", 0.0f))
-    compiler.warn_unsupported(node, "subsurface scattering is rendered as diffuse reflection of the base colour");
   if (may_be_nonzero(compiler, node, "Thin Film Thickness", 0.0f))
     compiler.warn_unsupported(node, "thin film interference is left out");
   if (may_be_nonzero(compiler, node, "Thin Wall", 0.0f))
@@ -142,7 +151,10 @@ void principled_2(Compiler& compiler, int node, const Value& weight) {
   p.color("Specular Tint", Color(1.0f)).number("Anisotropic", 0.0f).number("Anisotropic Rotation", 0.0f);
   p.number("Transmission Weight", 0.0f).number("Coat Weight", 0.0f).number("Coat Roughness", 0.03f);
   p.number("Coat IOR", 1.5f).color("Coat Tint", Color(1.0f)).number("Sheen Weight", 0.0f);
-  p.number("Sheen Roughness", 0.5f).color("Sheen Tint", Color(1.0f)).value(emission);
+  p.number("Sheen Roughness", 0.5f).color("Sheen Tint", Color(1.0f));
+  p.color("Subsurface Radius", Color(1.0f, 0.2f, 0.1f)).number("Subsurface Scale", 0.05f);
+  p.number("Subsurface IOR", 1.4f).number("Subsurface Anisotropy", 0.0f);
+  p.constant(subsurface_rules(compiler, node, "subsurface_method", 2).pack()).value(emission);
   compiler.add_closure(use, opaque, normals.values, p.values());
 }
 
@@ -196,6 +208,20 @@ void metallic(Compiler& compiler, int node, const Value& weight) {
   else
     p.color("Edge Tint", Color(0.695f, 0.726f, 0.770f));
   compiler.add_closure(use, weight, normals.values, p.values());
+}
+
+void subsurface(Compiler& c, int n, const Value& w) {
+  const int generation = c.has_input(n, "Roughness") ? 2 : 1;  // before 4.0 it has none
+  const Value radius = c.expressions().operation(
+      Op::scale_color, 0, {c.color(n, "Radius", Color(1.0f, 0.2f, 0.1f), 0), c.number(n, "Scale", 1.0f, 0)}, 3);
+  simple(c, n, w, ClosureKind::subsurface,
+         Parameters(c, n)
+             .color("Color", Color(0.8f))
+             .value(radius)
+             .number("Anisotropy", 0.0f)
+             .number("IOR", 1.4f)
+             .number("Roughness", 1.0f)
+             .constant(subsurface_rules(c, n, "falloff", generation).pack()));
 }
 
 void toon(Compiler& c, int n, const Value& w) {
@@ -270,6 +296,7 @@ const std::map<std::string, ClosureNode>& closure_nodes() {
        [](Compiler& c, int n, const Value& w) {
          simple(c, n, w, ClosureKind::sheen, Parameters(c, n).color("Color", Color(0.8f)).number("Roughness", 0.5f));
        }},
+      {"SubsurfaceScattering", subsurface},
       {"BsdfToon", toon},
       {"BsdfHair", hair},
       {"Emission",
@@ -286,10 +313,6 @@ const std::map<std::string, ClosureNode>& closure_nodes() {
 
 const std::map<std::string, ClosureNode>& stand_ins() {
   static const std::map<std::string, ClosureNode> nodes{
-      {"SubsurfaceScattering",
-       [](Compiler& c, int n, const Value& w) {
-         diffuse_stand_in(c, n, w, "subsurface scattering is rendered as diffuse reflection");
-       }},
       {"BsdfHairPrincipled",
        [](Compiler& c, int n, const Value& w) { diffuse_stand_in(c, n, w, "it is rendered as diffuse reflection"); }},
       {"BsdfRayPortal",

@@ -333,6 +333,13 @@ void Compiler::add_closure(ClosureUse use, const Value& weight, const std::vecto
          expressions_.is_constant(parameters[parameters.size() - 3]) && values[parameters.size() - 1] == 0.0f &&
          values[parameters.size() - 2] == 0.0f && values[parameters.size() - 3] == 0.0f));
   const bool transparent = use.kind == ClosureKind::transparent;
+  const int amount = use.kind == ClosureKind::principled_1   ? 3
+                     : use.kind == ClosureKind::principled_2 ? 7
+                                                             : -1;  // parameter that subsurface lobes need
+  const bool subsurface = use.kind == ClosureKind::subsurface ||
+                          (amount >= 0 && !expressions_.is_number(parameters[static_cast<size_t>(amount)], 0.0f));
+  program_->traits.subsurface |= subsurface;
+  program_->traits.subsurface_normal |= subsurface && use.has_normal;
   const auto index = static_cast<uint32_t>(program_->closures.size());
   std::vector<Value> operands{weight};
   operands.insert(operands.end(), normals.begin(), normals.end());

@@ -24,21 +24,34 @@ enum class LobeKind : uint8_t {
   principled_sheen,    ///< Burley 2012 sheen (Cycles before 4.0)
   velvet,              ///< Ashikhmin & Premoze 2007 (Cycles before 4.0): `param` is sigma in [0.01, 1]
   sheen,               ///< Estevez & Kulla 2017, standing in for Zeltner et al. 2022 (Cycles from 4.0): alpha_x
-  toon,                ///< a cone around the normal of equal brightness: `param` its half angle, `alpha_x` that of the
-                       ///< fading rim, both in quarter turns
-  translucent,         ///< Lambert through the surface
-  transparent,         ///< straight on
-  glossy_toon,         ///< the same around the mirrored view
-  hair_reflection,     ///< a cylinder along the tangent (Marschner et al. 2003, simplified): alpha_x along, alpha_y
-                       ///< around, `param` the cuticle's tilt, radians
-  hair_transmission,   ///< likewise through it
-  ashikhmin_shirley,   ///< Ashikhmin & Shirley 2000 without their Fresnel term (Cycles before 4.0)
-  reflection,          ///< microfacet or mirror
-  refraction,          ///< microfacet or smooth
-  glass,               ///< reflection and refraction with the Fresnel term at the microfacet
+  principled_retro,    ///< the retro-reflective part of principled_diffuse alone
+  principled_exit,  ///< Lambert with the Fresnel factor of light that enters alone: where a principled subsurface walk
+                    ///< ends
+  subsurface,       ///< a random walk under the surface (subsurface.h): f0 its albedo, f90 the mean free path by
+                    ///< channel, m, `param` the anisotropy of scattering, alpha_x and eta those of refractive entry
+  toon,             ///< a cone around the normal of equal brightness: `param` its half angle, `alpha_x` that of the
+                    ///< fading rim, both in quarter turns
+  translucent,      ///< Lambert through the surface
+  transparent,      ///< straight on
+  glossy_toon,      ///< the same around the mirrored view
+  hair_reflection,  ///< a cylinder along the tangent (Marschner et al. 2003, simplified): alpha_x along, alpha_y
+                    ///< around, `param` the cuticle's tilt, radians
+  hair_transmission,  ///< likewise through it
+  ashikhmin_shirley,  ///< Ashikhmin & Shirley 2000 without their Fresnel term (Cycles before 4.0)
+  reflection,         ///< microfacet or mirror
+  refraction,         ///< microfacet or smooth
+  glass,              ///< reflection and refraction with the Fresnel term at the microfacet
 };
 
 enum class Distribution : uint8_t { ggx, beckmann, gtr1 };
+
+/// How a subsurface walk enters and what its radius means; the rules of the Cycles that has the method.
+enum class SubsurfaceMethod : uint8_t {
+  fixed_radius,  ///< 3.x RANDOM_WALK_FIXED_RADIUS, and what stands in for BURLEY: diffuse entry
+  random_walk,   ///< 3.x RANDOM_WALK: diffuse entry; the radius is that of a diffusion profile
+  refractive,    ///< 4.0 and later RANDOM_WALK: entry by rough refraction
+  skin,          ///< RANDOM_WALK_SKIN: either entry; the radius as random_walk's
+};
 
 enum class FresnelMode : uint8_t {
   none,        ///< 1: the weight is the colour
@@ -60,9 +73,12 @@ struct Lobe {
   Distribution distribution = Distribution::ggx;
   FresnelMode fresnel = FresnelMode::none;
   /// Multiplies by the dielectric reflectance F (refraction: 1 − F) at the camera's angle to n, as Cycles before 4.0
-  /// does for glass.
+  /// does for glass. Subsurface: its exit has the principled diffuse lobe's factor of the light
+  /// (Cycles 3.4 leaves that of the view out).
   bool macro_fresnel = false;
   bool energy_compensation = false;  ///< restores what single scattering loses (multiscatter GGX), tinted by f0
+  SubsurfaceMethod subsurface = SubsurfaceMethod::fixed_radius;
+  bool diffuse_after_diffuse = false;  ///< subsurface: paths that met a diffuse surface before see a diffuse lobe
 };
 
 /// Below this alpha a microfacet lobe is a mirror (delta): roughness 0.01, where GGX's density passes 1e7 per steradian

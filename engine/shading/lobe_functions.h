@@ -27,7 +27,7 @@ struct LobeSample {
 
 inline bool is_microfacet(LobeKind kind) { return kind >= LobeKind::reflection; }
 inline bool is_delta(const Lobe& lobe) {
-  return lobe.kind == LobeKind::transparent ||
+  return lobe.kind == LobeKind::transparent || lobe.kind == LobeKind::subsurface ||
          (is_microfacet(lobe.kind) && lobe.alpha_x * lobe.alpha_y <= k_delta_alpha * k_delta_alpha);
 }
 inline bool is_diffuse(LobeKind kind) { return kind <= LobeKind::translucent; }
@@ -78,6 +78,16 @@ inline Color camera_factor(const Lobe& lobe, float cos_camera) {
   return factor;
 }
 
+/// The principled diffuse lobe's Fresnel factor of light that enters, or leaves, at an angle (Burley 2015, eq. 3 and
+/// 4).
+inline float principled_factor(float cosine) { return 1.0f - 0.5f * schlick_weight(cosine); }
+/// Its retro-reflection.
+inline float principled_retro(const Lobe& lobe, const Vec3& wi, const Vec3& wo) {
+  const float f_i = schlick_weight(wi.z), f_o = schlick_weight(wo.z);
+  const float rr = lobe.param * (dot(wi, wo) + 1.0f);  // 2·roughness·cos²θ_d
+  return k_inv_pi * (rr * (f_i + f_o + f_i * f_o * (rr - 1.0f)));
+}
+
 /// Share of light that the lobe sends on, seen from a direction with cosine `cos_view` to n: an estimate, exact for
 /// Lambert and mirrors. Drives the choice of lobes, so both directions' densities use it.
 inline Color lobe_albedo(const Lobe& lobe, float cos_view) {
@@ -86,6 +96,8 @@ inline Color lobe_albedo(const Lobe& lobe, float cos_view) {
     case LobeKind::diffuse:
     case LobeKind::oren_nayar:
     case LobeKind::principled_diffuse:
+    case LobeKind::principled_exit:
+    case LobeKind::subsurface:
     case LobeKind::toon:
     case LobeKind::translucent:
     case LobeKind::transparent:
@@ -94,6 +106,8 @@ inline Color lobe_albedo(const Lobe& lobe, float cos_view) {
     case LobeKind::hair_transmission:
     case LobeKind::ashikhmin_shirley:
       return Color(1.0f);
+    case LobeKind::principled_retro:
+      return Color(0.02f + 0.4f * lobe.param * schlick_weight(c));
     case LobeKind::principled_sheen:
       return Color(0.02f + 0.3f * schlick_weight(c));
     case LobeKind::velvet:
@@ -238,11 +252,15 @@ inline LobeValue eval_lobe(const Lobe& lobe, const Vec3& wi, const Vec3& wo, boo
     }
     case LobeKind::principled_diffuse: {
       // Burley 2015, eq. 3 and 4: Lambert with entry and exit Fresnel, plus the retro-reflective lobe
-      const float f_i = schlick_weight(wi.z), f_o = schlick_weight(wo.z);
-      const float rr = lobe.param * (dot(wi, wo) + 1.0f);  // 2·roughness·cos²θ_d
-      f = k_inv_pi * ((1.0f - 0.5f * f_i) * (1.0f - 0.5f * f_o) + rr * (f_i + f_o + f_i * f_o * (rr - 1.0f)));
+      f = k_inv_pi * principled_factor(wi.z) * principled_factor(wo.z) + principled_retro(lobe, wi, wo);
       break;
     }
+    case LobeKind::principled_retro:
+      f = principled_retro(lobe, wi, wo);
+      break;
+    case LobeKind::principled_exit:
+      f = k_inv_pi * principled_factor(light.z);
+      break;
     case LobeKind::principled_sheen: {
       const float cos_d = std::sqrt(std::max(0.0f, 0.5f * (1.0f + dot(wi, wo))));
       f = schlick_weight(cos_d);  // no 1/π: as Cycles
@@ -314,6 +332,8 @@ inline LobeSample sample_lobe(const Lobe& lobe, const Vec3& wi, float u_choice, 
     case LobeKind::diffuse:
     case LobeKind::oren_nayar:
     case LobeKind::principled_diffuse:
+    case LobeKind::principled_retro:
+    case LobeKind::principled_exit:
     case LobeKind::principled_sheen:
       sample.wo = sample_cosine_hemisphere(u);
       break;

@@ -27,6 +27,8 @@ struct ProgramTraits {
   bool may_be_transparent = false;   ///< transparency is not always zero: shadow rays must ask
   bool needs_differentials = false;  ///< bump, filtered textures
   bool scatters = false;             ///< has lobes besides emission and transparency
+  bool subsurface = false;           ///< has subsurface lobes
+  bool subsurface_normal = false;    ///< whose normals are not the surface's
   /// The lobes or the transparency change with the direction towards the camera (Layer Weight, Fresnel, Incoming, the
   /// layers of Principled 2), so that a walk from a light must evaluate again for the direction in which it connects.
   /// Not counted: the side of the surface that is seen, and what bends bumped normals back towards the view.

@@ -47,6 +47,25 @@ TEST(Furnace, a_white_diffuse_object_vanishes_in_a_white_world) {
   expect_mean(render(maker.transaction()), 0.7);
 }
 
+TEST(Furnace, an_object_much_larger_than_its_scattering_radius_reflects_its_colour_whatever_the_scale) {
+  // A half space that reflects A of uniform light, by the methods' own fits of A, which are good to a percent or two.
+  for (const float scale : {1e-3f, 1.0f, 1e3f})
+    for (const float albedo : {0.1f, 0.5f, 0.9f})
+      for (const char* method : {"RANDOM_WALK_FIXED_RADIUS", "RANDOM_WALK"}) {
+        SceneMaker maker(8, 8, 512);
+        maker.material("m", single("SubsurfaceScattering",
+                                   {{"Color", std::vector<float>{albedo, albedo, albedo, 1.0f}},
+                                    {"Radius", std::vector<float>{0.02f * scale, 0.01f * scale, 0.005f * scale}},
+                                    {"Scale", 1.0f}},
+                                   {{"falloff", std::string(method)}}));
+        maker.sphere("s", Vec3(0, 0, -2), 1.0f, 64, "m").world(background(Color(1.0f)));
+        maker.camera.focal_length_mm = 200.0f;  // it fills the picture
+        maker.scale_and_move(scale, Vec3(0.0f));
+        SCOPED_TRACE(std::string(method) + ", colour " + std::to_string(albedo) + ", scale " + std::to_string(scale));
+        expect_mean(render(maker.transaction()), albedo, 0.03);
+      }
+}
+
 TEST(Furnace, transparent_sheets_and_a_colour_multiply) {
   SceneMaker maker(16, 16, 16);
   maker.material("t", transparent(Color(0.5f))).world(background(Color(1.0f)));

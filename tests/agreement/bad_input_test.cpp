@@ -41,6 +41,34 @@ TEST(BadInput, the_floor_itself_is_right) {
   EXPECT_NEAR(mean(render(floor_under_sun().transaction())).value.x, 0.5f, 1e-4f);
 }
 
+TEST(BadInput, subsurface_scattering_of_any_radius_and_colour_is_finite_and_reflects_no_more_than_comes_in) {
+  const float nan = std::nanf("");
+  for (const float radius : {0.0f, -1.0f, 1e-30f, 1e-6f, 1.0f, 1e6f, 1e30f, nan})
+    for (const float color : {0.0f, 1e-4f, 0.5f, 1.0f})
+      for (const float generation : {1.0f, 2.0f})
+        for (const float anisotropy : {-5.0f, 0.0f, 0.8f, nan}) {
+          SceneMaker maker(4, 4, 16);
+          std::map<std::string, description::SocketValue> inputs{
+              {"Color", std::vector<float>{color, color, color, 1.0f}},
+              {"Radius", std::vector<float>{radius, 0.1f, radius}},
+              {"Scale", 1.0f},
+              {"Anisotropy", anisotropy}};
+          if (generation == 2.0f) inputs["Roughness"] = nan;
+          maker.material("m", single("SubsurfaceScattering", inputs));
+          // A closed ball, and a sheet that a walk never comes back from.
+          maker.sphere("ball", Vec3(0, 0, -3), 1.0f, 16, "m");
+          maker.mesh("sheet", {{-9, -9, -5}, {9, -9, -5}, {9, 9, -5}, {-9, 9, -5}}, {{0, 1, 2}, {0, 2, 3}}, "m");
+          maker.world(background(Color(1.0f)));
+          maker.settings.max_bounces = maker.settings.diffuse_bounces = 4;
+          RenderOutcome outcome;
+          const Picture picture = render(maker.transaction(), 0, &outcome);
+          SCOPED_TRACE("radius " + std::to_string(radius) + ", colour " + std::to_string(color) + ", generation " +
+                       std::to_string(generation) + ", anisotropy " + std::to_string(anisotropy));
+          EXPECT_EQ(outcome.statistics.non_finite, 0u);
+          EXPECT_LT(mean(picture).value.y, 1.1f) << "with 256 samples a mean's noise";
+        }
+}
+
 TEST(BadInput, no_camera_is_a_failure_that_says_so) {
   SceneMaker maker = floor_under_sun();
   maker.settings.camera = "";

@@ -39,6 +39,22 @@ SceneMaker floor_under_sun() {
   return maker;
 }
 
+TEST_P(FamilyBadInput, light_that_the_integrator_cannot_find_is_named) {
+  SceneMaker maker = floor_under_sun();
+  maker.settings.integrator = GetParam();
+  description::Light light;
+  light.shadows = false;
+  light.energy = 10.0f;
+  maker.light("without shadows", light, Transform());
+  Report report;
+  render(maker.transaction(), 0, nullptr, &report);
+  bool named = false;
+  for (const Message& message : report.messages())
+    named |= message.code == "lost_light" && message.text.find("without shadows") != std::string::npos;
+  const std::string name = GetParam();
+  EXPECT_EQ(named, name == "LT" || name == "PPM" || name == "BPM");
+}
+
 TEST_P(FamilyBadInput, an_empty_scene_shows_the_world) {
   SceneMaker maker(8, 8, 2);
   EXPECT_EQ(mean(picture_of(maker)).value, Color(0.0f));

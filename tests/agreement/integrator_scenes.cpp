@@ -12,6 +12,7 @@ const std::vector<std::string> k_all_and_vpl{"BPT", "VCM", "LT", "VPL", "PPM", "
 const std::vector<std::string> k_flat_delta{"BPT", "VCM", "PPM", "BPM"};  ///< flat, seen or lit through delta surfaces
 const std::vector<std::string> k_round{"BPT", "VCM", "LT"};
 const std::vector<std::string> k_round_delta{"BPT", "VCM"};  ///< or where LT has spikes: rough glass, narrow gloss
+const std::vector<std::string> k_not_lt{"BPT", "VCM", "PPM", "BPM"};  ///< which finds no light from under surfaces
 
 Numbers rgb(float r, float g, float b) { return {r, g, b, 1.0f}; }
 
@@ -399,6 +400,35 @@ std::vector<IntegratorCase> lobe_cases() {
                {"Coat Weight", 0.5f}},
               {{"generation", 2.0f}, {"distribution", std::string("MULTI_GGX")}}),
        k_round_delta);
+  const Numbers radius = {0.3f, 0.15f, 0.05f};
+  ball("subsurface",
+       single("SubsurfaceScattering", {{"Color", rgb(0.8f, 0.6f, 0.4f)}, {"Radius", radius}, {"Scale", 1.0f}}),
+       k_not_lt);
+  ball("subsurface_2",
+       single("SubsurfaceScattering", {{"Color", rgb(0.8f, 0.6f, 0.4f)},
+                                       {"Radius", radius},
+                                       {"Scale", 2.0f},
+                                       {"Anisotropy", 0.6f},
+                                       {"Roughness", 0.5f}}),
+       k_not_lt);
+  ball("subsurface_principled_1",
+       single("BsdfPrincipled",
+              {{"Base Color", rgb(0.7f, 0.4f, 0.3f)},
+               {"Subsurface", 0.7f},
+               {"Subsurface Color", rgb(0.9f, 0.5f, 0.4f)},
+               {"Subsurface Radius", radius},
+               {"Roughness", 0.35f}},
+              {{"generation", 1.0f}, {"distribution", std::string("GGX")}}),
+       k_not_lt);
+  ball("subsurface_principled_2",
+       single("BsdfPrincipled",
+              {{"Base Color", rgb(0.7f, 0.4f, 0.3f)},
+               {"Subsurface Weight", 0.7f},
+               {"Subsurface Radius", radius},
+               {"Subsurface Scale", 1.0f},
+               {"Roughness", 0.35f}},
+              {{"generation", 2.0f}, {"distribution", std::string("GGX")}}),
+       k_not_lt);
   // The same on the corridor's floor, where photons serve too.
   cases.push_back({"lobe_flat_glossy", lit_corridor(glossy(0.5f)), k_all});
   cases.push_back({"lobe_flat_mirror_wall", lit_corridor(diffuse(Color(0.7f)), glossy(0.0f)), k_flat_delta});

@@ -6,7 +6,6 @@ import re
 k_known = [
     # Not done yet; Lambent names these in its report
     (r"^BsdfHairPrincipled", "not done: a diffuse surface stands in"),
-    (r"^SubsurfaceScattering|^BsdfPrincipled.*subsurface", "not done: diffuse reflection stands in for subsurface scattering"),
     (r"^(Bevel|AmbientOcclusion)", "not done: needs rays from within a shader"),
     (r"^NewGeometry\[(Pointiness|Random Per Island)", "not done: pointiness is 0.5, islands share one number"),
     (r"^TexSky\[HOSEK_WILKIE", "not done: Preetham's model stands in"),
@@ -28,6 +27,7 @@ k_known = [
     (r"^Bsdf(Glass|Refraction)\[(GGX|BECKMANN|index)", "Cycles 3.4 keeps rough refraction that leaves on the wrong side, and adds "
      "light to refraction of index 1"),  # fmt: skip
     (r"^BsdfAnisotropic\[BECKMANN", "Cycles 3.4 loses most of the sky's light in this lobe"),
+    (r"^BsdfPrincipled.*coat", "Cycles 3.4 samples GGX normals for the coat but counts with the density of GTR1 ones"),
     (r"^BsdfToon", "Cycles 3.4 takes a sampled direction's angle for another in the fading rim, and lights beyond the cone"),
     (r"^BsdfHair\[", "on a surface Cycles lets light in from below it"),
     (r"^NormalMap\[BLENDER_(OBJECT|WORLD) strength 1", "normals that point away from the view are bent back otherwise"),

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/path/shadow_ray.h"
+#include "engine/path/subsurface_walk.h"
 #include "engine/path/surface.h"
 #include "engine/path/transmittance.h"
 
@@ -246,6 +247,17 @@ void Kernel<profile>::add_surface_emission(const SurfaceHit& hit, const SurfaceB
 }
 
 // --- Techniques at a vertex of the camera walk ---------------------------------------------------------------------
+
+template <KernelProfile profile>
+void Kernel<profile>::join(const Here& here, const Sampler& sampler, uint32_t event_index) {
+  if (!here.bsdf.has_non_delta()) return;
+  if (pass_.set.next_event && !scene_.lights().empty()) next_event(here);
+  if (pass_.set.connections) connect(here, walk_, 1.0f);
+  if (pass_.set.shared_lights)
+    for (const LightWalk* walk : pass_.shared_lights)
+      connect(here, *walk, 1.0f / static_cast<float>(pass_.shared_lights.size()));
+  if (pass_.set.merging && here.i >= pass_.set.first_merge_camera && pass_.photons) merge(here, sampler, event_index);
+}
 
 template <KernelProfile profile>
 void Kernel<profile>::next_event(const Here& here) {
@@ -627,7 +639,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
       add_background(ray.direction);
       break;
     }
-    const SurfaceHit hit = scene_.geometry().surface(geometry_hit);
+    SurfaceHit hit = scene_.geometry().surface(geometry_hit);
     const SurfaceBinding& binding = scene_.binding(hit.instance, hit.material_slot);
     const Program& program = *binding.program;
     const float distance = distance_before_ + geometry_hit.t;
@@ -649,6 +661,10 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
         light_flags &= static_cast<uint8_t>(~k_light_scatters);
         if (bounces_.ray_kind & k_ray_diffuse)
           bsdf.drop_glossy(!settings_.caustics_reflective, !settings_.caustics_refractive);
+      }
+      if (program.traits().subsurface && bsdf.has_subsurface_after_diffuse()) {
+        light_flags &= static_cast<uint8_t>(~k_light_scatters);
+        if (bounces_.diffuse > 0) bsdf.drop_subsurface_after_diffuse();
       }
       if (only_transparent_) {
         if (scene_.instance(hit.instance).holdout) {
@@ -680,22 +696,39 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
                       bsdf,   light_receiver_normal(bsdf, point.ng_world),
                       i,      m_ > 0 && !depended_ ? std::fabs(dot(last_.ng_world, ray.direction)) * per_area : 0.0f,
                       numbers};
-      if (bsdf.has_non_delta()) {
-        if (pass_.set.next_event && !scene_.lights().empty()) next_event(here);
-        if (pass_.set.connections) connect(here, walk_, 1.0f);
-        if (pass_.set.shared_lights)
-          for (const LightWalk* walk : pass_.shared_lights)
-            connect(here, *walk, 1.0f / static_cast<float>(pass_.shared_lights.size()));
-        if (pass_.set.merging && i >= pass_.set.first_merge_camera && pass_.photons) merge(here, sampler, event_index);
-      }
+      join(here, sampler, event_index);
       scattered = bsdf.sample(point.wi_world, numbers.lobe, numbers.direction, Transport::radiance);
       u_roulette = numbers.roulette;
       if (scattered.event == k_scatter_none) break;
+      Vec3 receiver_normal = here.receiver_normal;
+      float previous_per_solid_angle = here.previous_per_solid_angle;
+      if (scattered.event & k_scatter_subsurface) {
+        // On from where the walk under the surface comes out: vertex x_i in place of this one (subsurface_walk.h).
+        const Lobe entered = bsdf.lobes()[static_cast<size_t>(scattered.lobe)];
+        SubsurfaceExit exit;
+        if (!walk_subsurface(scene_, hit, entered, point.wi_world, sampler, event_index, counts_.rays, exit)) break;
+        throughput_ *= scattered.weight * exit.weight;
+        hit = exit.surface;
+        fill_subsurface_exit(scene_, exit, entered, cone, path_counts(), point, bsdf);
+        const EventNumbers exit_numbers(sampler, ++event_index);
+        const SurfaceBinding& exit_binding = scene_.binding(hit.instance, hit.material_slot);
+        light_flags = static_cast<uint8_t>(light_walk_flags(scene_, hit, *exit_binding.program) & ~k_light_scatters);
+        pdfs_.flags[i] = k_connectible | light_flags;
+        // A density of the walk's order; only weights that light walks beyond it share depend on it.
+        if (m_ > 0) pdfs_.camera[i] = 1.0f / (4.0f * k_pi * exit.spread_m * exit.spread_m);
+        receiver_normal = point.ng_world;
+        previous_per_solid_angle = 0.0f;
+        const Here there{point, hit, bsdf, receiver_normal, i, previous_per_solid_angle, exit_numbers};
+        join(there, sampler, event_index);
+        scattered = bsdf.sample(point.wi_world, exit_numbers.lobe, exit_numbers.direction, Transport::radiance);
+        u_roulette = exit_numbers.roulette;
+        if (scattered.event == k_scatter_none) break;
+      }
       if (!(scattered.event & k_scatter_transparent)) {
         const bool delta = scattered.event & k_scatter_delta;
         if (!pass_.set.camera_scatters && !delta) break;
         if (i > 1) {
-          pdfs_.light[i - 1] = scattered.pdf_reverse_solid_angle * here.previous_per_solid_angle;
+          pdfs_.light[i - 1] = scattered.pdf_reverse_solid_angle * previous_per_solid_angle;
           if (delta && program.traits().view_dependent && pass_.set.weighted() &&
               !walk_.has_delta_lobe(hit, binding, scattered.wo_world,
                                     bsdf.lobes()[static_cast<size_t>(scattered.lobe)].kind, scratch_))
@@ -706,7 +739,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
         if (passes_) passes_->scattered(bsdf, point.wi_world, scattered);
         m_ = i;
         only_delta_ = only_delta_ && delta;
-        last_ = {hit.p_world, point.ng_world, here.receiver_normal, scattered.pdf_solid_angle, !delta};
+        last_ = {hit.p_world, point.ng_world, receiver_normal, scattered.pdf_solid_angle, !delta};
       }
     }
     throughput_ *= scattered.weight;

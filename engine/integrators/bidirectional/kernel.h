@@ -72,6 +72,8 @@ class Kernel {
   void add_background(const Vec3& direction);
   void add_surface_emission(const SurfaceHit& hit, const SurfaceBinding& binding, const Vec3& direction, float distance,
                             const Color& emission);
+  /// Joins the vertex to lights, light walks and photons, as far as the techniques do.
+  void join(const Here& here, const Sampler& sampler, uint32_t event_index);
   void next_event(const Here& here);
   void connect(const Here& here, const LightWalk& walk, float scale);
   void merge(const Here& here, const Sampler& sampler, uint32_t event_index);

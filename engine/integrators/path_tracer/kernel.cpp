@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/path/shadow_ray.h"
+#include "engine/path/subsurface_walk.h"
 
 namespace lambent::path_tracer {
 
@@ -143,7 +144,7 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
       add_background(ray.direction);
       break;
     }
-    const SurfaceHit hit = scene_.geometry().surface(geometry_hit);
+    SurfaceHit hit = scene_.geometry().surface(geometry_hit);
     const SurfaceBinding& binding = scene_.binding(hit.instance, hit.material_slot);
     const Program& program = *binding.program;
     const float distance = distance_before_ + geometry_hit.t;
@@ -162,6 +163,7 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
       program.evaluate(point, scene_.textures(), bsdf);
       if (bounces_.ray_kind & k_ray_diffuse)
         bsdf.drop_glossy(!settings_.caustics_reflective, !settings_.caustics_refractive);
+      if (program.traits().subsurface && bounces_.diffuse > 0) bsdf.drop_subsurface_after_diffuse();
       if (only_transparent_) {
         if (scene_.instance(hit.instance).holdout) {
           if (settings_.film_transparent) estimate_.transparency += average(throughput_);
@@ -179,8 +181,25 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
       scattered = bsdf.sample(point.wi_world, numbers.lobe, numbers.direction, Transport::radiance, ReversePdf::no);
       u_roulette = numbers.roulette;
       if (scattered.event == k_scatter_none) break;
+      Vec3 scattered_normal = receiver_normal;
+      if (scattered.event & k_scatter_subsurface) {
+        // On from where the walk under the surface comes out: the next event, by the exit's lobe.
+        const Lobe entered = bsdf.lobes()[static_cast<size_t>(scattered.lobe)];
+        SubsurfaceExit exit;
+        if (!walk_subsurface(scene_, hit, entered, point.wi_world, sampler_, event_index, counts_.rays, exit)) break;
+        throughput_ *= scattered.weight * exit.weight;
+        hit = exit.surface;
+        fill_subsurface_exit(scene_, exit, entered, cone, path_counts(), point, bsdf);
+        const EventNumbers exit_numbers(sampler_, ++event_index);
+        scattered_normal = point.ng_world;
+        if (!scene_.lights().empty()) next_event(point, hit, bsdf, scattered_normal, exit_numbers);
+        scattered =
+            bsdf.sample(point.wi_world, exit_numbers.lobe, exit_numbers.direction, Transport::radiance, ReversePdf::no);
+        if (scattered.event == k_scatter_none) break;
+        u_roulette = exit_numbers.roulette;
+      }
       if (!(scattered.event & k_scatter_transparent)) {
-        last_ = {hit.p_world, receiver_normal, scattered.pdf_solid_angle, !(scattered.event & k_scatter_delta)};
+        last_ = {hit.p_world, scattered_normal, scattered.pdf_solid_angle, !(scattered.event & k_scatter_delta)};
         if (passes_) passes_->scattered(bsdf, point.wi_world, scattered);
       }
     }

@@ -27,10 +27,13 @@ Result<std::unique_ptr<Integrator>> make_integrator(const std::string& name, std
 
 void report_lost_light(const std::string& name, const Scene& scene, Report& report) {
   const TechniqueSet* set = find_techniques(name);
-  if (!set || set->next_event) return;
-  if (!set->merging && scene.profile().subsurface)
+  if (!set) return;
+  if (scene.profile().subsurface && !set->camera_scatters)
     report.warning("lost_light", name,
-                   fmt::format("{} does not find light that scatters under surfaces: they are rendered black.", name));
+                   set->merging || set->shared_lights
+                       ? fmt::format("{} does not find what light from under surfaces shines on.", name)
+                       : fmt::format("{} does not find light from under surfaces: there they are black.", name));
+  if (set->next_event) return;
   std::vector<std::string> lost = scene.lights_without_walks();
   if (lost.empty()) return;
   constexpr size_t k_most_names = 8;

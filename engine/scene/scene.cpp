@@ -61,6 +61,9 @@ void Scene::fill_shading_point(const SurfaceHit& hit, const SurfaceBinding& bind
   point.object_from_world = &instance.object_from_world;
   point.origin_shift = Vec3(origin_shift_);
   point.view = &view_;
+  point.rays = binding.program->traits().casts_rays ? &rays_ : nullptr;
+  point.instance = hit.instance;
+  point.p_error = hit.p_error;
   point.object_color = &object_colors_[shading.object_index];
 
   const bool differentials = binding.program->traits().needs_differentials;

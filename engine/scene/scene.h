@@ -12,6 +12,7 @@
 #include "engine/geometry/geometry.h"
 #include "engine/lights/light_set.h"
 #include "engine/scene/profile.h"
+#include "engine/scene/shader_rays.h"
 #include "engine/shading/program.h"
 #include "engine/shading/shading_point.h"
 
@@ -136,6 +137,7 @@ class Scene {
 
   Camera camera_;
   std::shared_ptr<const Geometry> geometry_;
+  SceneShaderRays rays_{geometry_};
   std::vector<std::shared_ptr<const TriangleMesh>> meshes_;  ///< keeps those of geometry_ alive
   std::vector<InstanceShading> instances_;
   std::vector<SurfaceBinding> bindings_;

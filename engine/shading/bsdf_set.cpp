@@ -94,6 +94,7 @@ Bsdf& Bsdf::operator=(const Bsdf& other) {
   ns_world_ = other.ns_world_;
   transparency_ = other.transparency_;
   emission_ = other.emission_;
+  holdout_ = other.holdout_;
   for (int i = 0; i < count_; ++i) lobes_[i] = other.lobes_[i];
   return *this;
 }
@@ -105,7 +106,7 @@ void Bsdf::begin(const ShadingPoint& point) {
   shares_wi_world_ = Vec3(0.0f);
   ng_world_ = point.ng_world;
   ns_world_ = point.ns_world;
-  transparency_ = emission_ = Color(0.0f);
+  transparency_ = emission_ = holdout_ = Color(0.0f);
 }
 
 Lobe Bsdf::sanitized(const Lobe& given) {

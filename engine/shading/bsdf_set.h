@@ -31,6 +31,7 @@ class Bsdf {
   /// Adds a lobe that sanitized() returned, its weight scaled and its unit normal and tangent replaced at most.
   void add_sanitized(const Lobe& lobe);
   void add_emission(const Color& radiance);
+  void add_holdout(const Color& weight) { holdout_ += weight; }
 
   /// Gives each lobe at least this share of the samples (before normalising; 0 after begin()), however little of the
   /// albedo it has: a mirror over glass that reflects a lamp is dim in the mean and bright where it counts. Holds for
@@ -81,6 +82,8 @@ class Bsdf {
   bool empty() const { return count_ == 0; }
   /// Weight of going straight on, unscattered.
   Color transparency() const { return transparency_; }
+  /// Share that is a hole in the picture where the camera sees it, and black to other rays.
+  Color holdout() const { return holdout_; }
   /// Radiance emitted towards wi.
   Color emission() const { return emission_; }
   /// Estimate of the directional albedo towards wi, transparency included: for roulette and passes.
@@ -108,7 +111,7 @@ class Bsdf {
   bool has_non_delta_ = false;
   float least_share_ = 0.0f;
   Vec3 ng_world_{0, 0, 1}, ns_world_{0, 0, 1};
-  Color transparency_{0.0f}, emission_{0.0f};
+  Color transparency_{0.0f}, emission_{0.0f}, holdout_{0.0f};
   mutable Shares shares_;
   mutable Vec3 shares_wi_world_{0.0f};  ///< that shares_ belong to; zero: none
 };

@@ -299,6 +299,7 @@ int closure_parameter_count(ClosureKind kind) {
     case ClosureKind::translucent:
     case ClosureKind::transparent:
     case ClosureKind::emission:
+    case ClosureKind::holdout:
       return 3;
     case ClosureKind::diffuse:
     case ClosureKind::velvet:
@@ -330,7 +331,7 @@ void make_lobes(ClosureKind kind, GlossModel model, const float* raw, bool backf
                 LobeTemplates& templates) {
   using namespace closure_parameter;
   templates.count = 0;
-  templates.emission = Color(0.0f);
+  templates.emission = templates.holdout = Color(0.0f);
   float p[k_max_closure_parameters];
   const int count = closure_parameter_count(kind);
   for (int i = 0; i < count; ++i) p[i] = std::isfinite(raw[i]) ? raw[i] : 0.0f;
@@ -426,6 +427,9 @@ void make_lobes(ClosureKind kind, GlossModel model, const float* raw, bool backf
       break;
     case ClosureKind::principled_2:
       make_principled_2(read_principled_2(p), model, backfacing, cos_view, templates);
+      break;
+    case ClosureKind::holdout:
+      templates.holdout = color;
       break;
     case ClosureKind::emission:
       break;

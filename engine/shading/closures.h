@@ -25,6 +25,7 @@ enum class ClosureKind : uint8_t {
   metallic,
   conductor,
   subsurface,
+  holdout,
   principled_1,
   principled_2,
   emission
@@ -101,6 +102,7 @@ struct LobeTemplates {
   std::array<Entry, k_capacity> entries;
   int count = 0;
   Color emission{0.0f};  ///< emitted radiance below coat and sheen (principled_2)
+  Color holdout{0.0f};   ///< share of what the camera sees that is a hole
 
   Lobe& add(LobeKind kind, const Color& weight) {
     Entry& entry = entries[count < k_capacity ? count++ : k_capacity - 1];

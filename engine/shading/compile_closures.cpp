@@ -299,6 +299,12 @@ const std::map<std::string, ClosureNode>& closure_nodes() {
       {"SubsurfaceScattering", subsurface},
       {"BsdfToon", toon},
       {"BsdfHair", hair},
+      {"Holdout",
+       [](Compiler& c, int n, const Value& w) {
+         ClosureUse use{};
+         use.kind = ClosureKind::holdout;
+         c.add_closure(use, w, {}, Parameters(c, n).constant(1.0f).constant(1.0f).constant(1.0f).values());
+       }},
       {"Emission",
        [](Compiler& c, int n, const Value& w) {
          add_emission(c, n, c.color(n, "Color", Color(1.0f), 0), c.number(n, "Strength", 1.0f, 0), w);
@@ -320,8 +326,6 @@ const std::map<std::string, ClosureNode>& stand_ins() {
          c.warn_unsupported(n, "it is rendered as transparent");
          add_transparent(c, n, c.color(n, "Color", Color(1.0f), 0), w);
        }},
-      {"Holdout", [](Compiler& c, int n,
-                     const Value&) { c.warn_unsupported(n, "holdout is rendered black, without the hole in alpha"); }},
       {"EeveeSpecular",
        [](Compiler& c, int n, const Value& w) {
          c.warn_unsupported(n, "it is rendered as diffuse reflection of its base colour");

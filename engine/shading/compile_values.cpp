@@ -157,12 +157,21 @@ TypedValue particle_information(Compiler& c, int n, S socket, int) {
 
 // What needs rays from within a shader.
 TypedValue ambient_occlusion(Compiler& c, int n, S socket, int shift) {
-  c.warn_unsupported(n, "ambient occlusion is not computed: the surface counts as unoccluded");
-  return socket == "AO" ? number_of(c.expressions().number(1.0f)) : color_of(c.color(n, "Color", Color(1.0f), shift));
+  Expressions& e = c.expressions();
+  const uint32_t variant = (c.flag(n, "inside", false) ? 1u : 0u) | (c.flag(n, "only_local", false) ? 2u : 0u);
+  const Value open = e.operation(Op::ambient_occlusion, variant,
+                                 {c.vector_or(n, "Normal", 0, &Compiler::normal), c.number(n, "Distance", 1.0f, 0),
+                                  e.number(c.property(n, "samples", 16.0f))},
+                                 1);
+  if (socket == "AO") return number_of(open);
+  return color_of(e.operation(Op::scale_color, 0, {c.color(n, "Color", Color(1.0f), shift), open}, 3));
 }
 TypedValue bevel(Compiler& c, int n, S, int) {
-  c.warn_unsupported(n, "edges are not bevelled: the normal is the unbevelled one");
-  return vector_of(c.vector_or(n, "Normal", 0, &Compiler::normal));
+  Expressions& e = c.expressions();
+  std::vector<Value> arguments{c.number(n, "Radius", 0.05f, 0), e.number(c.property(n, "samples", 4.0f))};
+  const bool given = c.is_linked(n, "Normal");
+  if (given) arguments.push_back(c.vector_or(n, "Normal", 0, &Compiler::normal));
+  return vector_of(e.operation(Op::bevel, given ? 1u : 0u, arguments, 3));
 }
 
 TypedValue tangent_node(Compiler& c, int n, S, int) {
@@ -580,8 +589,6 @@ TypedValue vector_displacement(Compiler& c, int n, S, int shift) {
 
 const std::map<std::string, ValueNode>& value_stand_ins() {
   static const std::map<std::string, ValueNode> nodes{{"ParticleInfo", particle_information},
-                                                      {"AmbientOcclusion", ambient_occlusion},
-                                                      {"Bevel", bevel},
                                                       {"ShaderToRGB", no_color}};
   return nodes;
 }
@@ -594,6 +601,8 @@ const std::map<std::string, ValueNode>& value_nodes() {
                                          {"UVMap", uv_map},
                                          {"VertexColor", vertex_color},
                                          {"Attribute", attribute_node},
+                                         {"AmbientOcclusion", ambient_occlusion},
+                                         {"Bevel", bevel},
                                          {"NewGeometry", geometry},
                                          {"LightPath", light_path},
                                          {"ObjectInfo", object_information},

@@ -26,7 +26,9 @@ bool reads_view(Op op) {
       return false;
   }
 }
-bool reads_path(Op op) { return op == Op::light_path || op == Op::light_falloff; }
+/// What rays of its own find differs from one evaluation to the next, so that no two walks may share it.
+bool casts_rays(Op op) { return op == Op::ambient_occlusion || op == Op::bevel; }
+bool reads_path(Op op) { return op == Op::light_path || op == Op::light_falloff || casts_rays(op); }
 
 }  // namespace
 
@@ -338,6 +340,7 @@ void Compiler::add_closure(ClosureUse use, const Value& weight, const std::vecto
                                                              : -1;  // parameter that subsurface lobes need
   const bool subsurface = use.kind == ClosureKind::subsurface ||
                           (amount >= 0 && !expressions_.is_number(parameters[static_cast<size_t>(amount)], 0.0f));
+  program_->traits.holdout |= use.kind == ClosureKind::holdout;
   program_->traits.subsurface |= subsurface;
   program_->traits.subsurface_normal |= subsurface && use.has_normal;
   const auto index = static_cast<uint32_t>(program_->closures.size());
@@ -350,7 +353,8 @@ void Compiler::add_closure(ClosureUse use, const Value& weight, const std::vecto
   if (transparent) transparency_.push_back({index, operands});
   program_->traits.emits |= emits;
   program_->traits.may_be_transparent |= transparent;
-  program_->traits.scatters |= !transparent && program_->closures.back().kind != ClosureKind::emission;
+  program_->traits.scatters |= !transparent && program_->closures.back().kind != ClosureKind::emission &&
+                               program_->closures.back().kind != ClosureKind::holdout;
 }
 
 bool Compiler::add_aov(int index) {
@@ -422,6 +426,7 @@ std::shared_ptr<const Program> Compiler::finish() {
     for (const Expressions::Closure& closure : *list) {
       const ClosureUse& use = program_->closures[closure.index];
       traits.path_dependent |= expressions_.depends_on(closure.operands, reads_path);
+      traits.casts_rays |= expressions_.depends_on(closure.operands, casts_rays);
       if (use.kind == ClosureKind::emission) continue;
       const bool layered = closure_depends_on_view(use.kind) && !use.constant;
       traits.view_dependent |= layered || expressions_.depends_on(closure.operands, reads_view);

@@ -37,6 +37,8 @@ bool reads_point(Op op) {
     case Op::light_falloff:
     case Op::object_normal_of:
     case Op::vector_transform:
+    case Op::ambient_occlusion:
+    case Op::bevel:
     case Op::fresnel:
     case Op::layer_weight_fresnel:
     case Op::layer_weight_facing:
@@ -142,6 +144,7 @@ bool Expressions::never_negative(const Value& value) const {
     case Op::view_distance:
     case Op::clamp_color:
     case Op::ramp:  // Blender's ramps hold colours in [0, inf)
+    case Op::ambient_occlusion:
     case Op::fresnel:
     case Op::layer_weight_fresnel:
     case Op::layer_weight_facing:

@@ -4,6 +4,7 @@
 #include "engine/shading/node_math.h"
 #include "engine/shading/noise.h"
 #include "engine/shading/program_data.h"
+#include "engine/shading/ray_instructions.h"
 
 namespace lambent {
 
@@ -505,6 +506,14 @@ void run_instruction(const ProgramData& program, const Instruction& instruction,
       break;
     }
 
+    case Op::ambient_occlusion:
+      *out = ambient_occlusion(point, a.v(0), a.f(1), static_cast<int>(a.f(2)), variant & 1, variant & 2);
+      break;
+    case Op::bevel: {
+      const Vec3 n = bevelled_normal(point, a.f(0), static_cast<int>(a.f(1)));
+      store(out, variant ? normalize(a.v(2) + n - point.ns_world) : n);
+      break;
+    }
     case Op::fresnel: {
       const float eta = std::max(a.f(0), 1e-5f);
       *out = fresnel_dielectric(dot(point.wi_world, a.v(1)), point.backfacing ? 1.0f / eta : eta);

@@ -52,6 +52,7 @@ void add_closure(const ProgramData& program, const Instruction& instruction, con
 
   const auto add = [&](const LobeTemplates& templates, bool sanitized) {
     if (!is_black(templates.emission)) sink.bsdf.add_emission(templates.emission * weight);
+    if (!is_black(templates.holdout)) sink.bsdf.add_holdout(templates.holdout * weight);
     for (int i = 0; i < templates.count; ++i) {
       const LobeTemplates::Entry& entry = templates.entries[i];
       Lobe lobe = entry.lobe;

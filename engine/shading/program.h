@@ -27,6 +27,8 @@ struct ProgramTraits {
   bool may_be_transparent = false;   ///< transparency is not always zero: shadow rays must ask
   bool needs_differentials = false;  ///< bump, filtered textures
   bool scatters = false;             ///< has lobes besides emission and transparency
+  bool casts_rays = false;           ///< looks around: ShadingPoint::rays
+  bool holdout = false;              ///< has holes
   bool subsurface = false;           ///< has subsurface lobes
   bool subsurface_normal = false;    ///< whose normals are not the surface's
   /// The lobes or the transparency change with the direction towards the camera (Layer Weight, Fresnel, Incoming, the

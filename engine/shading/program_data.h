@@ -73,6 +73,8 @@ enum class Op : uint8_t {
   ramp,    // c4(factor); data: table
   curves,  // v(factor, color); data: table; variant: 1 extrapolates
   // Shading
+  ambient_occlusion,  // f(normal, distance, samples); variant: 1 inside + 2 own object
+  bevel,              // v(radius, samples[, normal]); variant: 1 with that normal
   fresnel,
   layer_weight_fresnel,
   layer_weight_facing,

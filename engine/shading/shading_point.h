@@ -58,6 +58,23 @@ struct ViewSpace {
   Vec2 window_scale{1.0f, 1.0f}, window_offset{0.5f, 0.5f};
 };
 
+struct ShadingPoint;
+
+/// Rays of programs that look around a point, as the scene traces them.
+class ShaderRays {
+ public:
+  struct Crossing {
+    Vec3 p_world, ng_world, ns_world;  ///< unit normals of the front
+  };
+  virtual ~ShaderRays() = default;
+  /// Whether something is nearer than `distance_m` along a unit direction. @param own_object else than itself nothing
+  virtual bool occluded(const ShadingPoint& point, const Vec3& direction_world, float distance_m,
+                        bool own_object) const = 0;
+  /// The point's own object where a segment crosses it, nearest first: how many there are, at most found.size().
+  virtual int crossings(const ShadingPoint& point, const Vec3& origin_world, const Vec3& direction_world,
+                        float distance_m, std::span<Crossing> found) const = 0;
+};
+
 /// All in world space. For surfaces; for the world and distant lights, `wi` alone is meaningful (p = -wi direction
 /// lookups). Invariant: ng and ns are unit and on wi's side (dot(ng, wi) >= 0); `backfacing` tells that they were
 /// flipped.
@@ -80,6 +97,9 @@ struct ShadingPoint {
       nullptr;  ///< with the scene's origin shift removed: true world space; may be null
   const Transform* object_from_world = nullptr;
   const ViewSpace* view = nullptr;
+  const ShaderRays* rays = nullptr;                         ///< null: nothing is around, or the program asks for none
+  uint32_t instance = 0;                                    ///< for rays
+  float p_error = 0.0f;                                     ///< for rays: SurfaceHit's, m
   const Vec4* object_color = nullptr;                       ///< viewport colour and alpha; null: white
   Vec3 origin_shift{0.0f};                                  ///< add to p_world to get the user's world position
   std::array<AttributeValue, k_max_attributes> attributes;  ///< in the order of Program::attribute_requests()

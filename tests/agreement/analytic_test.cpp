@@ -66,6 +66,27 @@ TEST(Furnace, an_object_much_larger_than_its_scattering_radius_reflects_its_colo
       }
 }
 
+TEST(Holdout, cuts_a_hole_into_a_transparent_film_and_is_black_to_other_rays) {
+  for (const char* integrator : {"PT", "BPT", "VCM"}) {
+    SceneMaker maker(16, 16, 64);
+    maker.material("hole", single("Holdout", {})).material("white", diffuse(Color(1.0f)));
+    // The left half of the picture, and all that a white sheet in the right half could see but for the world behind.
+    maker.mesh("left", {{-9, -9, -2}, {0, -9, -2}, {0, 9, -2}, {-9, 9, -2}}, {{0, 1, 2}, {0, 2, 3}}, "hole");
+    maker.mesh("right", {{0, -9, -2}, {9, -9, -2}, {9, 9, -2}, {0, 9, -2}}, {{0, 1, 2}, {0, 2, 3}}, "white");
+    maker.mesh("shade", {{-99, -99, 1}, {99, -99, 1}, {99, 99, 1}, {-99, 99, 1}}, {{0, 2, 1}, {0, 3, 2}}, "hole");
+    maker.world(background(Color(1.0f)));
+    maker.settings.integrator = integrator;
+    maker.settings.film_transparent = true;
+    const Picture picture = render(maker.transaction());
+    for (int y = 0; y < 16; ++y)
+      for (int x = 0; x < 16; ++x) {
+        const float* pixel = &picture.pixels[static_cast<size_t>(y * 16 + x) * 4];
+        ASSERT_EQ(pixel[3], x < 8 ? 0.0f : 1.0f) << integrator << " at " << x << ", " << y;
+        ASSERT_LT(pixel[0], x < 8 ? 1e-9f : 0.5f) << integrator << " at " << x << ", " << y;
+      }
+  }
+}
+
 TEST(Furnace, transparent_sheets_and_a_colour_multiply) {
   SceneMaker maker(16, 16, 16);
   maker.material("t", transparent(Color(0.5f))).world(background(Color(1.0f)));

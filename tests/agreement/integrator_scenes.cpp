@@ -12,7 +12,7 @@ const std::vector<std::string> k_all_and_vpl{"BPT", "VCM", "LT", "VPL", "PPM", "
 const std::vector<std::string> k_flat_delta{"BPT", "VCM", "PPM", "BPM"};  ///< flat, seen or lit through delta surfaces
 const std::vector<std::string> k_round{"BPT", "VCM", "LT"};
 const std::vector<std::string> k_round_delta{"BPT", "VCM"};  ///< or where LT has spikes: rough glass, narrow gloss
-const std::vector<std::string> k_not_lt{"BPT", "VCM", "PPM", "BPM"};  ///< which finds no light from under surfaces
+const std::vector<std::string> k_camera_scatters{"BPT", "VCM", "BPM"};  ///< all of what light from under surfaces does
 
 Numbers rgb(float r, float g, float b) { return {r, g, b, 1.0f}; }
 
@@ -403,14 +403,14 @@ std::vector<IntegratorCase> lobe_cases() {
   const Numbers radius = {0.3f, 0.15f, 0.05f};
   ball("subsurface",
        single("SubsurfaceScattering", {{"Color", rgb(0.8f, 0.6f, 0.4f)}, {"Radius", radius}, {"Scale", 1.0f}}),
-       k_not_lt);
+       k_round_delta);
   ball("subsurface_2",
        single("SubsurfaceScattering", {{"Color", rgb(0.8f, 0.6f, 0.4f)},
                                        {"Radius", radius},
                                        {"Scale", 2.0f},
                                        {"Anisotropy", 0.6f},
                                        {"Roughness", 0.5f}}),
-       k_not_lt);
+       k_round_delta);
   ball("subsurface_principled_1",
        single("BsdfPrincipled",
               {{"Base Color", rgb(0.7f, 0.4f, 0.3f)},
@@ -419,7 +419,7 @@ std::vector<IntegratorCase> lobe_cases() {
                {"Subsurface Radius", radius},
                {"Roughness", 0.35f}},
               {{"generation", 1.0f}, {"distribution", std::string("GGX")}}),
-       k_not_lt);
+       k_round_delta);
   ball("subsurface_principled_2",
        single("BsdfPrincipled",
               {{"Base Color", rgb(0.7f, 0.4f, 0.3f)},
@@ -428,9 +428,12 @@ std::vector<IntegratorCase> lobe_cases() {
                {"Subsurface Scale", 1.0f},
                {"Roughness", 0.35f}},
               {{"generation", 2.0f}, {"distribution", std::string("GGX")}}),
-       k_not_lt);
+       k_round_delta);
   // The same on the corridor's floor, where photons serve too.
   cases.push_back({"lobe_flat_glossy", lit_corridor(glossy(0.5f)), k_all});
+  cases.push_back({"lobe_flat_subsurface",
+                   lit_corridor(single("SubsurfaceScattering", {{"Color", rgb(0.8f, 0.6f, 0.4f)}, {"Radius", radius}})),
+                   k_camera_scatters});
   cases.push_back({"lobe_flat_mirror_wall", lit_corridor(diffuse(Color(0.7f)), glossy(0.0f)), k_flat_delta});
   cases.push_back({"lobe_flat_mirror_and_diffuse_wall",
                    lit_corridor(diffuse(Color(0.7f)), combined("MixShader", diffuse(Color(0.8f)), glossy(0.0f))),

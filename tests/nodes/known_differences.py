@@ -6,13 +6,13 @@ import re
 k_known = [
     # Not done yet; Lambent names these in its report
     (r"^BsdfHairPrincipled", "not done: a diffuse surface stands in"),
-    (r"^(Bevel|AmbientOcclusion)", "not done: needs rays from within a shader"),
     (r"^NewGeometry\[(Pointiness|Random Per Island)", "not done: pointiness is 0.5, islands share one number"),
     (r"^TexSky\[HOSEK_WILKIE", "not done: Preetham's model stands in"),
     (r"^Squeeze", "not done: grey"),
     (r"^RadialTiling", "not done: grey"),
     (r"^Bump", "up to 5% where the height bends most, not explained"),
     (r"^TexCoord\[Reflection|^TexImage\[mapping inside", "half a percent in few places, not explained"),
+    (r"^Bevel", "the mean of a few probes depends on how their axes are turned, which is otherwise in Cycles"),
     # Chosen
     (r"MULTI_GGX", "Lambent scales single scattering (Turquin 2019), Cycles 3.4 walks in the microsurface"),
     (r"^Blackbody", "Cycles fits curves to the colour; Lambent integrates Planck's law"),

@@ -671,6 +671,8 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
           if (settings_.film_transparent) estimate_.transparency += average(throughput_);
           break;
         }
+        if (program.traits().holdout && settings_.film_transparent)
+          estimate_.transparency += average(throughput_ * bsdf.holdout());
         if (passes_) passes_->visible(hit, binding, point, bsdf, throughput_);
       }
       if (m_ == 0) {

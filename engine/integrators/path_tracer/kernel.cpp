@@ -169,6 +169,8 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
           if (settings_.film_transparent) estimate_.transparency += average(throughput_);
           break;
         }
+        if (program.traits().holdout && settings_.film_transparent)
+          estimate_.transparency += average(throughput_ * bsdf.holdout());
         if (passes_) passes_->visible(hit, binding, point, bsdf, throughput_);
       }
       // What the camera sees directly: no lobe may be so rare that it shows as dots.

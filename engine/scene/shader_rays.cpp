@@ -1,0 +1,50 @@
+#include "engine/scene/shader_rays.h"
+
+#include <cmath>
+
+#include "engine/geometry/geometry.h"
+
+namespace lambent {
+namespace {
+
+constexpr int k_most_others = 64;  ///< other objects that a ray for the own one passes at most
+
+/// The nearest hit with the instance, past all others; moves the ray there.
+bool meet_own(const Geometry& geometry, Ray& ray, uint32_t instance, Hit& hit) {
+  for (int others = 0; others < k_most_others; ++others) {
+    Hit nearest;
+    if (!geometry.intersect(ray, nearest)) return false;
+    ray.t_min = std::nextafter(nearest.t, k_infinity);
+    if (nearest.instance == instance) {
+      hit = nearest;
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+bool SceneShaderRays::occluded(const ShadingPoint& point, const Vec3& direction, float distance,
+                               bool own_object) const {
+  Ray ray = ray_from_surface(point.p_world, point.p_error, point.ng_world, direction, k_visible_shadow);
+  ray.t_max = distance;
+  if (!own_object) return geometry_->occluded(ray);
+  ray.mask = k_visible_all;
+  Hit hit;
+  return meet_own(*geometry_, ray, point.instance, hit);
+}
+
+int SceneShaderRays::crossings(const ShadingPoint& point, const Vec3& origin, const Vec3& direction, float distance,
+                               std::span<Crossing> found) const {
+  Ray ray{origin, 0.0f, direction, distance, k_visible_all};
+  Hit hit;
+  int count = 0;
+  while (count < static_cast<int>(found.size()) && meet_own(*geometry_, ray, point.instance, hit)) {
+    const SurfaceHit surface = geometry_->surface(hit);
+    found[static_cast<size_t>(count++)] = {surface.p_world, surface.ng_world, surface.ns_world};
+  }
+  return count;
+}
+
+}  // namespace lambent

@@ -40,7 +40,7 @@ Result<std::shared_ptr<Film>> Film::create(const FilmSettings& settings) try {
     const bool levels = channel.rule == ChannelRule::ids;
     if (channel.components < 1 || channel.components > 64 || (levels && channel.components % 4 != 0))
       return Error{fmt::format("Channel '{}' has {} components.", channel.name, channel.components)};
-    CHECK(channel.divided_by < static_cast<int>(settings.channels.size()));
+    CHECK(std::max(channel.divided_by, channel.minus) < static_cast<int>(settings.channels.size()));
   }
   if (settings.channels.empty() || settings.channels[0].components != 4)
     return Error{"The first channel must be the picture's RGBA."};
@@ -147,6 +147,7 @@ float* Film::read_channels(size_t pixel, const std::vector<bool>& wanted, float*
             const double by = divisor(static_cast<size_t>(channel.divided_by), k);
             value = by != 0.0 ? value / by : 0.0;
           }
+          if (channel.minus >= 0) value -= mean(static_cast<size_t>(channel.minus), k);
           to[k] = static_cast<float>(value);
         }
         break;

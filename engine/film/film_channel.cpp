@@ -34,7 +34,8 @@ FilmLayout::FilmLayout(const std::vector<FilmChannel>& channels) {
       outputs += channel.rule == ChannelRule::ids ? channel.components / 4 : 1;
       output_floats += channel.components;
     }
-    plain = plain && channel.rule == ChannelRule::mean && channel.divided_by < 0 && !channel.hidden;
+    plain =
+        plain && channel.rule == ChannelRule::mean && channel.divided_by < 0 && channel.minus < 0 && !channel.hidden;
   }
   for (size_t c = 0; c < channels.size(); ++c)
     if (channels[c].divided_by >= 0)

@@ -32,6 +32,7 @@ struct FilmChannel {
   /// pixel in which no sample had any of the divisor, that reads as k_least_divisor, so that products give back the
   /// sums.
   int divided_by = -1;
+  int minus = -1;            ///< number of a mean channel with as many components that is subtracted when it is read
   bool hidden = false;       ///< summed for others' sake, not read
   std::string letters = {};  ///< Channel::letters
   bool splats = false;       ///< takes splats in its first three components. Where the film takes none: nothing

@@ -55,6 +55,8 @@ struct IntegratorSettings {
   float clamp_connection = 0.0f;  ///< VPL: largest sum of R, G, B that one connection adds; 0: no clamping
   std::shared_ptr<ContributionObserver> observer;  ///< null: nobody looks
   std::shared_ptr<const PassPlan> passes;          ///< null: the picture alone. The film has its channels
+  /// The scene with objects that cast no shadows (nor reflections...), for passes that ask for it; else null.
+  std::shared_ptr<const Scene> without_shadows;
   int threads = 0;  ///< for work between passes that the session does not hand out; 0: all
   /// The kernel to use; must cover the scene's profile. A test renders with both and compares.
   KernelProfile profile = KernelProfile::solid;

@@ -65,6 +65,9 @@ constexpr Kind k_kinds[] = {{"depth", PassKind::depth, "Z"},
                             {"technique_connection", PassKind::technique_connection, "RGB", k_light},
                             {"technique_merging", PassKind::technique_merging, "RGB", k_light},
                             {"light_path", PassKind::light_path, "RGB", k_light},
+                            {"without_shadow", PassKind::without_shadow, "RGB"},
+                            {"shadow_difference", PassKind::shadow_difference, "RGB", k_light},
+                            {"shadow_ratio", PassKind::shadow_ratio, "RGB", k_light},
                             {"error", PassKind::error, "RGB"},
                             {"time", PassKind::time, "X"}};
 
@@ -94,6 +97,11 @@ std::optional<PassKind> color_of(PassKind kind) {
     default:
       return std::nullopt;
   }
+}
+
+/// The whole picture, to be compared with another.
+bool is_picture(PassKind kind) {
+  return kind == PassKind::noisy || kind == PassKind::shadow_difference || kind == PassKind::shadow_ratio;
 }
 
 bool is_diffuse(uint8_t event) { return event & k_scatter_diffuse; }
@@ -147,6 +155,7 @@ std::shared_ptr<const PassPlan> PassPlan::create(const std::vector<PassRequest>&
   const std::vector<Pass> asked = plan->data_;  // what is divided by may join them
   for (const Pass& pass : plan->light_) plan->divide(pass);
   for (const Pass& pass : asked) plan->divide(pass);
+  plan->compare_with_unshadowed();
   plan->layout_ = FilmLayout(plan->channels_);
   for (const FilmChannel& channel : plan->channels_) plan->looks_ = plan->looks_ || channel.rule == ChannelRule::first;
   for (const Pass& pass : plan->light_) {
@@ -205,6 +214,29 @@ void PassPlan::divide(const Pass& pass) {
     channels_.push_back({.name = {}, .components = 3, .hidden = true});
   }
   channels_[static_cast<size_t>(pass.channel)].divided_by = found->channel;
+}
+
+/// The picture without shadows is a channel of its own, hidden where that is not asked for itself.
+void PassPlan::compare_with_unshadowed() {
+  const auto channel_of = [&](const std::vector<Pass>& passes, PassKind kind) {
+    const auto found = std::find_if(passes.begin(), passes.end(), [&](const Pass& pass) { return pass.kind == kind; });
+    return found == passes.end() ? -1 : found->channel;
+  };
+  const int ratio = channel_of(light_, PassKind::shadow_ratio);
+  const int difference = channel_of(light_, PassKind::shadow_difference);
+  without_channel_ = channel_of(data_, PassKind::without_shadow);
+  if (without_channel_ < 0 && ratio < 0 && difference < 0) return;
+  if (without_channel_ < 0) {
+    without_channel_ = static_cast<int>(channels_.size());
+    data_.push_back({.kind = PassKind::without_shadow, .channel = without_channel_});
+    channels_.push_back({.name = {}, .components = 3, .hidden = true});
+  }
+  channels_[static_cast<size_t>(without_channel_)].splats = true;
+  for (const Pass& pass : light_) {
+    FilmChannel& channel = channels_[static_cast<size_t>(pass.channel)];
+    if (pass.kind == PassKind::shadow_ratio) channel.divided_by = without_channel_;
+    if (pass.kind == PassKind::shadow_difference) channel.minus = without_channel_;
+  }
 }
 
 // --- The camera walk -----------------------------------------------------------------------------------------------
@@ -474,9 +506,10 @@ std::span<const float> PassRecorder::finish(const Vec4& picture) {
   const float all[4] = {picture.x, picture.y, picture.z, picture.w};
   std::copy_n(all, 4, values_.begin());
   for (const PassPlan::Pass& pass : plan_.light_)
-    if (pass.kind == PassKind::noisy) std::copy_n(all, 4, at(pass));
+    if (is_picture(pass.kind)) std::copy_n(all, pass.kind == PassKind::noisy ? 4 : 3, at(pass));
   for (const PassPlan::Pass& pass : plan_.data_) {
     if (pass.kind == PassKind::mist) *at(pass) = 1.0f - *at(pass);
+    if (pass.kind == PassKind::without_shadow) add_to(pass, without_);
     if (pass.kind == PassKind::time)
       *at(pass) = std::chrono::duration<float, std::micro>(std::chrono::steady_clock::now() - start_).count();
   }
@@ -527,17 +560,15 @@ bool PassRecorder::takes(const PassPlan::Pass& pass, const PathSignature& path, 
       return path.technique == Technique::merging;
     case PassKind::light_path:
       return pass.expression->matches(path.events, path.source, path.group);
-    case PassKind::noisy:
-      return true;
     default:
-      return false;
+      return is_picture(pass.kind);
   }
 }
 
 void PassRecorder::add(const Color& value, const PathSignature& path) {
   for (const PassPlan::Pass& pass : plan_.light_) {
     Color part;
-    if (pass.kind != PassKind::noisy && takes(pass, path, value, part)) add_to(pass, part * plan_.settings_.exposure);
+    if (!is_picture(pass.kind) && takes(pass, path, value, part)) add_to(pass, part * plan_.settings_.exposure);
   }
 }
 

@@ -63,6 +63,9 @@ enum class PassKind : uint8_t {
   technique_connection,
   technique_merging,
   light_path,
+  without_shadow,
+  shadow_difference,
+  shadow_ratio,
   error,
   time,
   unshadowed  ///< what `shadow` is divided by; nobody asks for it
@@ -99,6 +102,10 @@ class PassPlan {
 
   /// For the film: the picture first, then the passes in the order of the requests, hidden ones last.
   const std::vector<FilmChannel>& channels() const { return channels_; }
+  /// Some pass asks for the picture without the shadows of some objects: IntegratorSettings::without_shadows.
+  bool wants_without() const { return without_channel_ >= 0; }
+  /// Where its splats go.
+  int without_plane() const { return layout_.places[static_cast<size_t>(without_channel_)].plane; }
   /// Some pass asks for the sequence of events.
   bool wants_events() const { return events_; }
 
@@ -114,6 +121,7 @@ class PassPlan {
 
   void add(const PassRequest& request, PassKind kind, FilmChannel channel, const Scene& scene, Report& report);
   void divide(const Pass& pass);
+  void compare_with_unshadowed();
   const FilmLayout::Place& place(const Pass& pass) const { return layout_.places[static_cast<size_t>(pass.channel)]; }
 
   PassSettings settings_;
@@ -121,6 +129,7 @@ class PassPlan {
   std::vector<Pass> light_;  ///< sums what paths bring
   std::vector<Pass> data_;   ///< shows what the camera sees, or how it was sampled
   FilmLayout layout_;
+  int without_channel_ = -1;
   bool events_ = false;
   bool classes_ = false;  ///< some pass asks which class of lobes scattered at x_1
   bool looks_ = false;    ///< some channel has rule first
@@ -159,6 +168,8 @@ class PassRecorder {
   /// the events at x_(m+1) ... x_n (what connections join last is the first of them).
   void joined(const Color& value, const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world, Technique technique,
               const EventSequence& light_side, LightSource source, uint16_t group);
+  /// What the sample is without the shadows of the objects that cast none there, exposure included.
+  void add_without(const Color& radiance) { without_ = radiance; }
   /// The sample's floats, for TileWriter::add. `picture` is the film's first channel.
   std::span<const float> finish(const Vec4& picture);
 
@@ -200,6 +211,7 @@ class PassRecorder {
   std::vector<float> values_;
   uint32_t random_state_ = 0;
   std::chrono::steady_clock::time_point start_;
+  Color without_{0.0f};
   // The camera walk under way.
   int vertices_ = 0;
   ClassShares first_;  ///< at x_1

@@ -87,6 +87,27 @@ std::shared_ptr<const PassPlan> pass_plan(const description::Settings& settings,
   return PassPlan::create(requests, scene, options, report);
 }
 
+/// The scene in which what casts the shadows of shadow passes is seen by the camera alone.
+description::SceneDescription without_shadows_of(const description::SceneDescription& scene, Report& report) {
+  description::SceneDescription result = scene;
+  bool any = false;
+  for (auto& [id, object] : result.objects) {
+    if (!object->shadow_pass) continue;
+    any = true;
+    const auto changed = std::make_shared<description::Object>(*object);
+    const bool camera = changed->visibility.camera;
+    changed->visibility = {};
+    changed->visibility.camera = camera;
+    changed->visibility.diffuse = changed->visibility.glossy = changed->visibility.transmission = false;
+    changed->visibility.shadow = changed->visibility.volume_scatter = false;
+    object = changed;
+  }
+  if (!any)
+    report.warning("pass", "shadow passes",
+                   "Passes of shadows take none away: there is no object whose shadows are chosen for them.");
+  return result;
+}
+
 FilmSettings film_settings(const description::Settings& settings, const Scene& scene, const PassPlan* passes) {
   FilmSettings result;
   if (passes) result.channels = passes->channels();
@@ -177,12 +198,14 @@ struct Session::State {
 
   void conduct(const std::shared_ptr<Run>& of);
   RenderOutcome render(const std::shared_ptr<Run>& of);
-  std::optional<Result<std::shared_ptr<const Scene>>> build(const std::shared_ptr<Run>& of, Report& report);
+  std::optional<Result<std::shared_ptr<const Scene>>> build(const std::shared_ptr<Run>& of,
+                                                            const description::SceneDescription& scene, Report& report);
 };
 
 /// Builds the scene; nullopt if cancelled. Some steps cannot be interrupted (decoding one large image): a cancelled
 /// build then finishes in the background, and the next one waits for it, while the client already has its answer.
 std::optional<Result<std::shared_ptr<const Scene>>> Session::State::build(const std::shared_ptr<Run>& of,
+                                                                          const description::SceneDescription& scene,
                                                                           Report& report) {
   using namespace std::chrono_literals;
   constexpr auto patience = 50ms;  // for an orderly end after cancelling
@@ -193,12 +216,14 @@ std::optional<Result<std::shared_ptr<const Scene>>> Session::State::build(const 
   };
   if (building.valid() && !wait(building)) return std::nullopt;
   struct Work {
+    description::SceneDescription description;
     Report report;
     std::optional<Result<std::shared_ptr<const Scene>>> scene;
   };
   const auto work = std::make_shared<Work>();
+  work->description = scene;
   building = std::async(std::launch::async,
-                        [this, of, work] { work->scene = builder.build(of->scene, of->cancel, work->report); });
+                        [this, of, work] { work->scene = builder.build(work->description, of->cancel, work->report); });
   if (!wait(building)) return std::nullopt;
   building.get();  // rethrows what a library threw
   report.append(work->report);
@@ -255,12 +280,20 @@ RenderOutcome Session::State::render(const std::shared_ptr<Run>& run_pointer) {
   }
   Report report;
   const Clock::time_point build_start = Clock::now();
-  const std::optional<Result<std::shared_ptr<const Scene>>> built = build(run_pointer, report);
+  const std::optional<Result<std::shared_ptr<const Scene>>> built = build(run_pointer, of.scene, report);
   outcome.statistics.build_s = seconds_since(build_start);
   std::shared_ptr<const PassPlan> passes;
   if (built && *built) {
     passes = pass_plan(settings, ***built, report);
     report_lost_light(settings.integrator, ***built, report);
+  }
+  std::shared_ptr<const Scene> without_shadows;
+  if (passes && passes->wants_without()) {
+    Report again;  // of what has been reported
+    const auto scene_without = build(run_pointer, without_shadows_of(of.scene, report), again);
+    if (!scene_without) return fail({});
+    if (!*scene_without) return fail(scene_without->error());
+    without_shadows = **scene_without;
   }
   if (events.report && !of.cancel.cancelled()) events.report(of.epoch, report);
   if (!built) return fail({});
@@ -272,6 +305,7 @@ RenderOutcome Session::State::render(const std::shared_ptr<Run>& run_pointer) {
   IntegratorSettings integrator_options = integrator_settings(settings, **scene);
   integrator_options.observer = of.observer;
   integrator_options.passes = passes;
+  integrator_options.without_shadows = without_shadows;
   Result<std::unique_ptr<Integrator>> integrator = make_integrator(settings.integrator, *scene, integrator_options);
   if (!integrator) return fail(integrator.error());
   if (!checkpoint_to_load.empty()) {

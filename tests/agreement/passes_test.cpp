@@ -215,6 +215,84 @@ TEST(PassesOfARender, of_another_kind_under_the_same_name_are_not_continued) {
   std::remove(path.c_str());
 }
 
+/// The scene, its ball chosen for passes of shadows, with these passes.
+SceneMaker with_shadow_passes(const std::string& integrator, const std::string& name) {
+  for (const IntegratorCase& one : lobe_cases())
+    if (one.name == name) {
+      SceneMaker maker = one.maker;
+      maker.settings.integrator = integrator;
+      maker.settings.light_threshold = 0.0f;
+      maker.settings.samples = 4;
+      maker.object("ball").shadow_pass = true;
+      for (const char* kind : {"without_shadow", "shadow_difference", "shadow_ratio"})
+        maker.settings.passes.push_back({kind, kind, ""});
+      return maker;
+    }
+  ADD_FAILURE() << "no case " << name;
+  return SceneMaker(1, 1, 1);
+}
+
+TEST(ShadowPasses, give_back_the_picture) {
+  for (const char* integrator : {"PT", "LT", "VPL", "BPT", "PPM", "VCM"}) {
+    const Values values = values_of(render(with_shadow_passes(integrator, "lobe_glass_05").transaction()));
+    const std::vector<double>& whole = values.at("combined");
+    const std::vector<double>& without = values.at("without_shadow");
+    double shadow = 0.0, caustic = 0.0;
+    for (size_t i = 0; i < whole.size(); ++i) {
+      const double difference = values.at("shadow_difference")[i], ratio = values.at("shadow_ratio")[i];
+      ASSERT_NEAR(without[i] + difference, whole[i], 1e-6 * (without[i] + whole[i])) << integrator << " " << i;
+      if (without[i] > 1e-3) {
+        ASSERT_NEAR(without[i] * ratio, whole[i], 1e-5 * whole[i]) << integrator << " " << i;
+      }
+      shadow = std::max(shadow, -difference);
+      caustic = std::max(caustic, difference);
+    }
+    EXPECT_GT(shadow, 0.05) << integrator << ": glass casts a shadow";
+    EXPECT_GT(caustic, 0.05) << integrator << ": and light";
+  }
+}
+
+TEST(ShadowPasses, are_the_picture_of_the_scene_whose_chosen_objects_only_the_camera_sees) {
+  for (const char* name : {"lobe_rough_diffuse", "lobe_half_transparent", "lobe_glass_05"}) {
+    SceneMaker direct = with_shadow_passes("PT", name);
+    direct.settings.passes.clear();
+    description::Visibility& visibility = direct.object("ball").visibility;
+    visibility.diffuse = visibility.glossy = visibility.transmission = visibility.shadow = false;
+    const auto batches = [](SceneMaker maker, const std::string& channel, uint32_t first_seed) {
+      std::vector<std::vector<double>> rows;  // by row of pixels and batch
+      for (uint32_t batch = 0; batch < k_batches; ++batch) {
+        maker.settings.seed = first_seed + batch;
+        const std::vector<double> values = values_of(render(maker.transaction())).at(channel);
+        const size_t rows_of = static_cast<size_t>(maker.settings.height), length = values.size() / rows_of;
+        rows.resize(rows_of);
+        for (size_t row = 0; row < rows_of; ++row) {
+          double sum = 0.0;
+          for (size_t i = 0; i < length; ++i) sum += values[row * length + i];
+          rows[row].push_back(sum / static_cast<double>(length));
+        }
+      }
+      return rows;
+    };
+    const auto expected = batches(direct, "combined", 100);
+    for (const char* integrator : {"PT", "BPT", "VCM"}) {
+      const auto found = batches(with_shadow_passes(integrator, name), "without_shadow", 1000);
+      for (size_t row = 0; row < expected.size(); ++row)
+        EXPECT_GT(welch_test(found[row], expected[row], 1e-6).p_value, 1e-5 / static_cast<double>(expected.size()))
+            << name << " " << integrator << ", row " << row;
+    }
+  }
+}
+
+TEST(ShadowPasses, say_so_where_no_object_is_chosen) {
+  SceneMaker maker = with_shadow_passes("PT", "lobe_glass_05");
+  maker.object("ball").shadow_pass = false;
+  Report report;
+  const Values values = values_of(render(maker.transaction(), 0, nullptr, &report));
+  EXPECT_EQ(values.at("without_shadow"), values.at("combined"));
+  ASSERT_EQ(report.messages().size(), 1u);
+  EXPECT_NE(report.messages()[0].text.find("no object"), std::string::npos);
+}
+
 TEST(PassesOfARender, that_cannot_be_made_are_named_and_left_out) {
   SceneMaker maker = room(1);
   maker.settings.passes = {{"Depth", "depth", ""},

@@ -55,10 +55,14 @@ class Bidirectional final : public Integrator {
     pass_.counts.max_light_vertices = std::clamp(settings.bounces.total, 0, k_most_light_vertices - 1) + 1;
     pass_.clamp_connection = settings.clamp_connection;
     if (pass_.set.merging) typical_footprint_m_ = typical_footprint(*scene_);
+    without_pass_.set = k_techniques_bpt;
+    without_pass_.counts.max_light_vertices = pass_.counts.max_light_vertices;
   }
 
   void prepare(Film& film) override {
     pass_.counts.light_paths = static_cast<float>(film.region().width) * static_cast<float>(film.region().height);
+    without_pass_.counts.light_paths = pass_.counts.light_paths;
+    if (!film.takes_splats()) without_pass_.set.light_tracing = false;
     if (!pass_.set.merging) return;
     tiles_ = std::vector<Tile>(static_cast<size_t>(film.tiles().count()));
     for (Tile& tile : tiles_) tile.batch.keep_events = settings_.passes && settings_.passes->wants_events();
@@ -130,13 +134,20 @@ class Bidirectional final : public Integrator {
         for (int64_t sample = first; sample < target_samples; ++sample) {
           const Sampler sampler(settings_.seed, x, y, static_cast<uint32_t>(sample));
           enter(x, y, sample);
-          if (pass_.set.connections || pass_.set.light_tracing || pass_.set.merging) {
+          if (has_light_walks()) {
             kernel.light_sample(sampler, kept && leaves_photons(x, y) ? &kept->batch : nullptr, /*silent=*/false);
             ++paths;
           }
           PassRecorder* const passes = kernel.passes();
           if (passes) passes->begin(x, y, static_cast<uint32_t>(sample));
-          const Vec4 picture = camera_sample(kernel, sampler, x, y);
+          const Vec4 picture = camera_sample(kernel, *scene_, sampler, x, y);
+          if (passes && loan.without) {
+            // By connections alone, which find the same light: photons would need a map of their own.
+            loan.without->light_sample(sampler, nullptr, /*silent=*/false);
+            const Vec4 without = camera_sample(*loan.without, *settings_.without_shadows, sampler, x, y);
+            passes->add_without({without.x, without.y, without.z});
+            if (!has_light_walks()) ++paths;
+          }
           if (passes)
             writer.add(x, y, passes->finish(picture));
           else
@@ -145,7 +156,9 @@ class Bidirectional final : public Integrator {
       }
     if (kept) kept->complete_sample = whole && one_each ? target_samples - 1 : k_none;
     if (film.takes_splats()) film.add_light_paths(paths);
-    return kernel.take_counts();
+    RayCounts counts = kernel.take_counts();
+    if (loan.without) counts += loan.without->take_counts();
+    return counts;
   }
 
  private:
@@ -154,19 +167,28 @@ class Bidirectional final : public Integrator {
   struct KernelLoan {
     KernelLoan(Bidirectional& from, Film& film) : owner(from) {
       const std::lock_guard lock(owner.kernels_mutex_);
-      if (owner.kernels_.empty()) {
-        kernel = std::make_unique<Kernel>(*owner.scene_, owner.settings_, owner.pass_, film);
-      } else {
-        kernel = std::move(owner.kernels_.back());
-        owner.kernels_.pop_back();
-      }
+      const auto borrow = [](std::vector<std::unique_ptr<Kernel>>& kernels, auto&& make) {
+        if (kernels.empty()) return make();
+        std::unique_ptr<Kernel> kernel = std::move(kernels.back());
+        kernels.pop_back();
+        return kernel;
+      };
+      kernel = borrow(owner.kernels_,
+                      [&] { return std::make_unique<Kernel>(*owner.scene_, owner.settings_, owner.pass_, film); });
+      if (owner.settings_.without_shadows)
+        without = borrow(owner.without_kernels_, [&] {
+          return std::make_unique<Kernel>(*owner.settings_.without_shadows, owner.settings_, owner.without_pass_, film,
+                                          owner.settings_.passes->without_plane());
+        });
     }
     ~KernelLoan() {
       const std::lock_guard lock(owner.kernels_mutex_);
       owner.kernels_.push_back(std::move(kernel));
+      if (without) owner.without_kernels_.push_back(std::move(without));
     }
     Bidirectional& owner;
     std::unique_ptr<Kernel> kernel;
+    std::unique_ptr<Kernel> without;  ///< for the scene without shadows, if there is one
   };
 
   static constexpr int64_t k_none = -2;  // -1 is the sample whose photons the first pass merges with
@@ -182,11 +204,13 @@ class Bidirectional final : public Integrator {
     context.sample = sample;
   }
 
-  Vec4 camera_sample(Kernel& kernel, const Sampler& sampler, int x, int y) const {
+  bool has_light_walks() const { return pass_.set.connections || pass_.set.light_tracing || pass_.set.merging; }
+
+  Vec4 camera_sample(Kernel& kernel, const Scene& scene, const Sampler& sampler, int x, int y) const {
     const Vec2 offset = settings_.filter.sample(sampler.get_2d(k_dimension_pixel_filter));
     const Vec2 raster(static_cast<float>(x) + 0.5f + offset.x, static_cast<float>(y) + 0.5f + offset.y);
-    const Vec2 lens = scene_->profile().depth_of_field ? sampler.get_2d(k_dimension_lens) : Vec2(0.0f);
-    const PathEstimate estimate = kernel.camera_sample(sampler, scene_->camera().sample_ray(raster, lens), x, y);
+    const Vec2 lens = scene.profile().depth_of_field ? sampler.get_2d(k_dimension_lens) : Vec2(0.0f);
+    const PathEstimate estimate = kernel.camera_sample(sampler, scene.camera().sample_ray(raster, lens), x, y);
     const Color radiance = estimate.radiance * settings_.exposure;
     return {radiance.x, radiance.y, radiance.z, 1.0f - estimate.transparency};
   }
@@ -237,8 +261,9 @@ class Bidirectional final : public Integrator {
   const std::shared_ptr<const Scene> scene_;
   const IntegratorSettings settings_;
   bidirectional::Pass pass_;
+  bidirectional::Pass without_pass_;  ///< for the scene without shadows
   std::mutex kernels_mutex_;
-  std::vector<std::unique_ptr<Kernel>> kernels_;  ///< that no thread uses
+  std::vector<std::unique_ptr<Kernel>> kernels_, without_kernels_;  ///< that no thread uses
   std::vector<Tile> tiles_;
   std::vector<int> missing_;
   PhotonMap photons_;

@@ -45,9 +45,14 @@ LightWalkSettings walk_settings(const IntegratorSettings& settings, const Pass& 
 }
 
 template <KernelProfile profile>
-Kernel<profile>::Kernel(const Scene& scene, const IntegratorSettings& settings, const Pass& pass, Film& film)
-    : scene_(scene), settings_(settings), pass_(pass), film_(film), walk_(scene, walk_settings(settings, pass)) {
-  if (settings_.passes) passes_.emplace(*settings_.passes, scene);
+Kernel<profile>::Kernel(const Scene& scene, const IntegratorSettings& settings, const Pass& pass, Film& film, int plane)
+    : scene_(scene),
+      settings_(settings),
+      pass_(pass),
+      film_(film),
+      plane_(plane),
+      walk_(scene, walk_settings(settings, pass)) {
+  if (settings_.passes && plane == 0) passes_.emplace(*settings_.passes, scene);
   if (settings.light_threshold > 0.0f) threshold_scale_ = std::fabs(settings.exposure) / settings.light_threshold;
 }
 
@@ -534,7 +539,7 @@ void Kernel<profile>::connect_to_lens(const LightWalk& walk, const LightVertex& 
     const float sum = std::fabs(contribution.x) + std::fabs(contribution.y) + std::fabs(contribution.z);
     if (limit > 0.0f && sum > limit) contribution *= limit / sum;
   }
-  splat_parts_.assign(1, {0, contribution});
+  splat_parts_.assign(1, {plane_, contribution});
   if (passes_ && passes_->wants_light()) part_splat(walk, vertex, lens.direction_world, contribution);
   splat(lens.raster_px, u_roulette);
 }

@@ -32,8 +32,9 @@ LightWalkSettings walk_settings(const IntegratorSettings& settings, const Pass& 
 template <KernelProfile profile>
 class Kernel {
  public:
-  /// Keeps references to all of them. @param film takes the splats
-  Kernel(const Scene& scene, const IntegratorSettings& settings, const Pass& pass, Film& film);
+  /// Keeps references to all of them. @param film takes the splats @param plane not 0: the film's plane of splats for
+  /// another picture than the first, which has no passes
+  Kernel(const Scene& scene, const IntegratorSettings& settings, const Pass& pass, Film& film, int plane = 0);
 
   /// What was traced since this was last asked.
   RayCounts take_counts() { return std::exchange(counts_, {}); }
@@ -117,6 +118,7 @@ class Kernel {
   const IntegratorSettings& settings_;
   const Pass& pass_;
   Film& film_;
+  const int plane_;
   RayCounts counts_;
   LightWalk walk_;
   LightWalk::Scratch scratch_;

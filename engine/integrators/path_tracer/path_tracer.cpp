@@ -51,6 +51,11 @@ class PathTracer final : public Integrator {
     const CameraRay ray = scene_->camera().sample_ray(raster, lens);
     path_tracer::Kernel<profile> kernel(*scene_, settings_, sampler, counts, passes);
     const PathEstimate estimate = kernel.run(ray);
+    if (passes && settings_.without_shadows) {
+      // The same numbers, so that most of the noise is the same too.
+      path_tracer::Kernel<profile> without(*settings_.without_shadows, settings_, sampler, counts, nullptr);
+      passes->add_without(without.run(ray).radiance * settings_.exposure);
+    }
     const Color radiance = estimate.radiance * settings_.exposure;
     return {radiance.x, radiance.y, radiance.z, 1.0f - estimate.transparency};
   }

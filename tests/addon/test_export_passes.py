@@ -102,6 +102,19 @@ def test_masks_of_objects_and_collections_travel(run_blender, what, holdout, cam
     assert "not supported" not in run.output
 
 
+def test_the_choice_of_objects_for_shadow_passes_travels(run_blender):
+    run = run_blender(
+        COLLECTIONS
+        + """
+bpy.data.objects['inside'].lambent.shadow_pass = True
+layer.lambent.use_pass_shadow_ratio = layer.lambent.use_pass_without_shadow = True
+render()
+"""
+    )
+    objects = run.values("object")
+    assert objects["inside"]["shadow_pass"] and "shadow_pass" not in objects["outside"]
+
+
 def test_instances_of_a_collection_take_the_mask_of_what_instances_them(run_blender):
     run = run_blender(
         """

@@ -34,7 +34,7 @@ def everything(layer):
     for name in ('keys', 'rim'): layer.lightgroups.add(name=name)
 def own_passes(layer):
     for name in layer.lambent.bl_rna.properties.keys():
-        if name.startswith('use_pass_') and name[9:].startswith(('caustics', 'technique', 'error', 'time')):
+        if name.startswith('use_pass_') and name[9:].startswith(('caustics', 'technique', 'error', 'time', 'without', 'shadow_difference', 'shadow_ratio')):
             setattr(layer.lambent, name, True)
     path = layer.lambent.light_paths.add(); path.name, path.expression = 'Mirrors', 'C<RS>.*L'
 def multilayer(name):

@@ -223,6 +223,10 @@ def milestones(lines, seed):
     return found
 
 
+# Of tests/scenes/make_passes.py: those that passes of shadows are about.
+k_shadow_objects = ("Glass", "Diffuse")
+
+
 def render(scene, engine, seeds, samples, width, folder, blender=None, variant="", settings=None, timeout_s=3600):
     """Renders a .blend with one engine, once a seed, in one run of Blender; returns the Run. Pictures, job and log stay
     in `folder`. The arguments are those of the job that render_job.py describes."""
@@ -238,7 +242,7 @@ def render_layers(scene, engine, seeds, samples, width, folder, blender=None, se
     layer's own settings for Lambent; balance: factors of light groups."""
     job = {
         "engine": engine, "width": width, "samples": samples, "seeds": list(seeds), "variant": "", "settings": settings or {},
-        "layers": True, "layer_settings": layer_settings or {}, "balance": balance or {},
+        "layers": True, "layer_settings": layer_settings or {}, "balance": balance or {}, "shadow_objects": k_shadow_objects,
     }  # fmt: skip
     run = run_job(scene, job, folder, blender, timeout_s)
     files = [multilayer.read(path) for path in picture_paths(engine, seeds, folder)]

@@ -7,7 +7,8 @@ comparable.
 JOB.json: {"engine": "CYCLES" | "LAMBENT", "daemon": path, "width": px, "height": px or null (as the scene's aspect),
 "samples": n, "seeds": [n..], "out": prefix, "variant": "" | a name in k_variants, "settings": {name: value of the engine's},
 "layers": false, "layer_settings": {name: value of the first view layer's lambent}, "passes": null | [the protocol's kinds of
-passes that the first view layer asks for, "aovs" and "light_groups"], "balance": {light group: factor for all its lights}}. Writes PREFIX<seed>.exr (float32, scene-linear; RGBA of
+passes that the first view layer asks for, "aovs" and "light_groups"], "balance": {light group: factor for all its lights},
+"shadow_objects": [names of objects whose shadows passes take away]}. Writes PREFIX<seed>.exr (float32, scene-linear; RGBA of
 the first view layer, or with "layers" every pass of every layer) for each seed and PREFIXresult.json: {"blender": version, "size": [w, h], "seconds": [wall time of each render],
 "statistics": [what lambentd said of each render]}. Prints `render_job: start SEED` and `render_job: end SEED` around each
 render, and `render_job: pixels` when the first tile of Lambent's is in Blender.
@@ -174,6 +175,9 @@ def prepare(scene, job):
             setattr(scene.lambent, lambent_name, value)
         assign(scene.lambent, job.get("settings", {}))
         assign(scene.view_layers[0].lambent, job.get("layer_settings", {}))
+        for name in job.get("shadow_objects", ()):
+            if name in scene.objects:
+                scene.objects[name].lambent.shadow_pass = True
     else:
         assign(scene.cycles, job.get("settings", {}))
     render.engine = job["engine"]

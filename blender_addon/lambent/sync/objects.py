@@ -222,6 +222,8 @@ class ObjectExporter:
             value["asset"] = asset.name
         if parent.original.holdout_get(view_layer=self._view_layer):
             value["holdout"] = True
+        if parent.original.lambent.shadow_pass:
+            value["shadow_pass"] = True
         mattes = self._edits.mattes
         mattes["object"].add(owner.name)
         mattes["asset"].add(asset.name)

@@ -92,6 +92,9 @@ _LAMBENT = (
     _own("technique_unidirectional", "use_pass_technique_unidirectional", "Technique Unidirectional", "RGB", "COLOR"),
     _own("technique_connection", "use_pass_technique_connection", "Technique Connection", "RGB", "COLOR"),
     _own("technique_merging", "use_pass_technique_merging", "Technique Merging", "RGB", "COLOR"),
+    _own("without_shadow", "use_pass_without_shadow", "Without Shadow", "RGB", "COLOR"),
+    _own("shadow_difference", "use_pass_shadow_difference", "Shadow Difference", "RGB", "COLOR"),
+    _own("shadow_ratio", "use_pass_shadow_ratio", "Shadow Ratio", "RGB", "COLOR"),
     _own("error", "use_pass_error", "Error", "RGB", "COLOR"),
     _own("time", "use_pass_time", "Sample Time", "X", "VALUE"),
 )

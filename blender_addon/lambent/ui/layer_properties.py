@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 Lambent contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 
-"""view_layer.lambent: the passes that Blender has no switches for."""
+"""view_layer.lambent and object.lambent: the passes that Blender has no switches for."""
 
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, IntProperty, PointerProperty, StringProperty
@@ -42,24 +42,41 @@ class LambentLayerSettings(bpy.types.PropertyGroup):
     use_pass_technique_unidirectional: _switch("Unidirectional", "What paths from the camera found by themselves or by lamps")
     use_pass_technique_connection: _switch("Connection", "What connecting paths from lamps and from the camera found")
     use_pass_technique_merging: _switch("Merging", "What photons found that were gathered")
+    use_pass_without_shadow: _switch("Without", "The picture as if the objects chosen for shadow passes were there for the camera alone: "
+                                     "without their shadows, reflections and caustics")  # fmt: skip
+    use_pass_shadow_difference: _switch("Difference", "What the picture has and the one without these shadows has not; adds to it")
+    use_pass_shadow_ratio: _switch("Ratio", "The picture over the one without these shadows; multiplies it")
     use_pass_error: _switch("Error", "Standard error of each pixel's mean: how far noise may have moved it")
     use_pass_time: _switch("Sample Time", "Microseconds that a sample of each pixel took")
     light_paths: CollectionProperty(type=LambentLightPath, name="Light Paths")
     active_light_path: IntProperty(name="Active Light Path", default=0, min=0)
 
 
-_CLASSES = (LambentLightPath, LambentLayerSettings)
+class LambentObjectSettings(bpy.types.PropertyGroup):
+    """What passes ask of an object that Blender has no property for."""
+
+    shadow_pass: BoolProperty(
+        name="Shadow Passes",
+        description="The passes Without Shadow, Shadow Difference and Shadow Ratio take away what this object does to the light "
+        "of others: its shadows, reflections and caustics, and its own light",
+        default=False,
+    )
+
+
+_CLASSES = (LambentLightPath, LambentLayerSettings, LambentObjectSettings)
 
 
 def register():
-    """Adds view_layer.lambent."""
+    """Adds view_layer.lambent and object.lambent."""
     for cls in _CLASSES:
         bpy.utils.register_class(cls)
     bpy.types.ViewLayer.lambent = PointerProperty(type=LambentLayerSettings)
+    bpy.types.Object.lambent = PointerProperty(type=LambentObjectSettings)
 
 
 def unregister():
-    """Removes view_layer.lambent."""
+    """Removes them."""
+    del bpy.types.Object.lambent
     del bpy.types.ViewLayer.lambent
     for cls in reversed(_CLASSES):
         bpy.utils.unregister_class(cls)

@@ -102,6 +102,7 @@ class LAMBENT_VIEWLAYER_PT_passes_own(_LayerPanel, bpy.types.Panel):
 
         column_of("Caustics", ("caustics_direct", "caustics_indirect"))
         column_of("Techniques", [f"technique_{name}" for name in ("unidirectional", "connection", "merging")])
+        column_of("Shadows", ("without_shadow", "shadow_difference", "shadow_ratio"))
         column_of("Debug", ("error", "time"))
 
 

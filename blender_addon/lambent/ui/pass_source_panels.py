@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 Lambent contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 
-"""What passes read of objects and worlds: light groups, mist and the distance of ambient occlusion."""
+"""What passes read of objects and worlds: light groups, whose shadows, mist and the distance of ambient occlusion."""
 
 import bpy
 
@@ -17,14 +17,29 @@ def _draw_light_group(layout, owner, layer):
     button.operator("scene.view_layer_add_lightgroup", icon="ADD", text="").name = owner.lightgroup
 
 
-class LAMBENT_OBJECT_PT_light_group(LambentPanel, bpy.types.Panel):
-    bl_label = "Light Group"
+class _ObjectPanel(LambentPanel):
     bl_context = "object"
     bl_options = {"DEFAULT_CLOSED"}
 
     @classmethod
     def poll(cls, context):
         return super().poll(context) and context.object is not None
+
+
+class LAMBENT_OBJECT_PT_shadow_passes(_ObjectPanel, bpy.types.Panel):
+    bl_label = "Shadow Passes"
+
+    def draw_header(self, context):
+        self.layout.prop(context.object.lambent, "shadow_pass", text="")
+
+    def draw(self, context):
+        layout = self.split_layout()
+        layout.active = context.object.lambent.shadow_pass
+        layout.label(text="Casts what the passes of shadows take away")
+
+
+class LAMBENT_OBJECT_PT_light_group(_ObjectPanel, bpy.types.Panel):
+    bl_label = "Light Group"
 
     def draw(self, context):
         _draw_light_group(self.split_layout(), context.object, context.view_layer)
@@ -72,6 +87,7 @@ class LAMBENT_WORLD_PT_ambient_occlusion(_WorldPanel, bpy.types.Panel):
 
 _CLASSES = (
     LAMBENT_OBJECT_PT_light_group,
+    LAMBENT_OBJECT_PT_shadow_passes,
     LAMBENT_WORLD_PT_light_group,
     LAMBENT_WORLD_PT_mist,
     LAMBENT_WORLD_PT_ambient_occlusion,

@@ -81,12 +81,9 @@ TypedValue geometry(Compiler& c, int n, S socket, int shift) {
   if (socket == "Incoming") return vector_of(e.operation(Op::incoming, 0, {}, 3));
   if (socket == "Parametric") return vector_of(e.operation(Op::parametric, 0, {}, 3));
   if (socket == "Backfacing") return number_of(e.operation(Op::backfacing, 0, {}, 1));
-  if (socket == "Random Per Island") {
-    c.warn_unsupported(n, "Random Per Island is one value for the whole object");
-    return number_of(e.operation(Op::random_per_island, 0, {}, 1));
-  }
-  c.warn_unsupported(n, socket + " is taken as 0.5");
-  return number_of(e.number(0.5f));
+  // Clients work these out, since triangles do not tell edges.
+  const char* name = socket == "Pointiness" ? ".pointiness" : ".random_per_island";
+  return number_of(e.part(c.attribute(AttributeRequest::Kind::number, name, shift), 0, 1));
 }
 
 TypedValue light_path(Compiler& c, int n, S socket, int) {

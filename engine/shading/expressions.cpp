@@ -17,7 +17,6 @@ bool reads_point(Op op) {
     case Op::bitangent:
     case Op::parametric:
     case Op::backfacing:
-    case Op::random_per_island:
     case Op::attribute:
     case Op::object_position:
     case Op::object_normal:

@@ -285,9 +285,6 @@ void run_instruction(const ProgramData& program, const Instruction& instruction,
     case Op::backfacing:
       *out = point.backfacing ? 1.0f : 0.0f;
       break;
-    case Op::random_per_island:
-      *out = hash_integers(point.random_id, 1);
-      break;
     case Op::attribute: {
       const AttributeValue& value = point.attributes[instruction.data];
       Vec4 v = value.value;

@@ -23,7 +23,6 @@ enum class Op : uint8_t {
   bitangent,  // v; unit, along the second coordinate of the parameterisation
   parametric,
   backfacing,
-  random_per_island,
   attribute,  // c4; data: index of the request
   object_position,
   object_normal,

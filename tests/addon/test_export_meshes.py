@@ -179,3 +179,30 @@ print(render())
     meshes = {value["name"]: value for value in run.values("mesh").values()}
     assert run.array(meshes["points"]["triangles"]).shape == (0, 3)
     assert not np.isfinite(run.array(meshes["broken"]["positions"])).all()
+
+
+def test_pointiness_and_islands_travel_where_a_material_reads_them(run_blender):
+    script = """
+corners = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+two = add_mesh('two', corners + [(x + 3, y, z) for x, y, z in corners], faces + [tuple(i + 8 for i in face) for face in faces]).data
+material, nodes, links = node_material('m')
+two.materials.append(material)
+node = nodes.new('ShaderNodeNewGeometry')
+"""
+    run = run_blender(script + "render()\n")
+    (mesh,) = run.values("mesh").values()
+    assert mesh["attributes"] == []
+    linked = """
+for name in ('Pointiness', 'Random Per Island'):
+    links.new(node.outputs[name], nodes.new('ShaderNodeMath').inputs[0])
+render()
+"""
+    run = run_blender(script + linked)
+    (mesh,) = run.values("mesh").values()
+    found = {attribute["name"]: (attribute["domain"], run.array(attribute["values"])) for attribute in mesh["attributes"]}
+    assert {name: domain for name, (domain, _) in found.items()} == {".pointiness": "vertex", ".random_per_island": "face"}
+    # All corners of cubes; see test_mesh_shape.py.
+    assert np.ptp(found[".pointiness"][1]) < 1e-5 and found[".pointiness"][1][0] > 0.6
+    islands = found[".random_per_island"][1].ravel()
+    assert len(set(islands[:6])) == len(set(islands[6:])) == 1 and islands[0] != islands[6]

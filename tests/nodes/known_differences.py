@@ -6,7 +6,6 @@ import re
 k_known = [
     # Not done yet; Lambent names these in its report
     (r"^BsdfHairPrincipled", "not done: a diffuse surface stands in"),
-    (r"^NewGeometry\[(Pointiness|Random Per Island)", "not done: pointiness is 0.5, islands share one number"),
     (r"^TexSky\[HOSEK_WILKIE", "not done: Preetham's model stands in"),
     (r"^Squeeze", "not done: grey"),
     (r"^RadialTiling", "not done: grey"),
@@ -14,6 +13,7 @@ k_known = [
     (r"^TexCoord\[Reflection|^TexImage\[mapping inside", "half a percent in few places, not explained"),
     (r"^Bevel", "the mean of a few probes depends on how their axes are turned, which is otherwise in Cycles"),
     # Chosen
+    (r"^NewGeometry\[Random Per Island", "islands have other random numbers"),
     (r"MULTI_GGX", "Lambent scales single scattering (Turquin 2019), Cycles 3.4 walks in the microsurface"),
     (r"^Blackbody", "Cycles fits curves to the colour; Lambent integrates Planck's law"),
     (r"^TexSky\[NISHITA", "Lambent's integral over the atmosphere is up to 1% off Cycles' table"),

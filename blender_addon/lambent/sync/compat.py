@@ -56,6 +56,18 @@ def positions(mesh):
     return values.reshape(-1, 3)
 
 
+def edge_vertices(mesh):
+    """int32[edges][2]."""
+    values = np.empty(len(mesh.edges) * 2, np.int32)
+    mesh.edges.foreach_get("vertices", values)
+    return values.reshape(-1, 2)
+
+
+def vertex_normals(mesh):
+    """float32[vertices][3], unit, whatever the shading."""
+    return _vectors(mesh.vertices, "normal")
+
+
 def triangle_faces(mesh):
     """int32[triangles]: the face of each triangle; calc_loop_triangles must have been called."""
     values = np.empty(len(mesh.loop_triangles), np.int32)

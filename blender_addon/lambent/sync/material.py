@@ -3,7 +3,7 @@
 
 """Materials, and the node graphs of materials, worlds and lights."""
 
-from . import compat, image
+from . import compat, image, mesh_shape
 from .edits import DEFAULT_MATERIAL
 from .graph import GraphBuilder
 
@@ -63,6 +63,10 @@ def background_graph(color):
     return _single_node("Background", "Background", {"Color": list(color), "Strength": 1.0})
 
 
+# Outputs of the Geometry node that are worked out from the mesh, and the attributes that they travel as.
+_SHAPE = {"Pointiness": mesh_shape.POINTINESS, "Random Per Island": mesh_shape.ISLAND}
+
+
 def attribute_names(materials):
     """Names of the mesh attributes that nodes of these materials read, groups included."""
     names = set()
@@ -71,6 +75,8 @@ def attribute_names(materials):
             names.add(node.attribute_name)
         elif node.bl_idname == "ShaderNodeVertexColor":
             names.add(node.layer_name)
+        elif node.bl_idname == "ShaderNodeNewGeometry":
+            names.update(name for output, name in _SHAPE.items() if node.outputs[output].is_linked)
     return names
 
 

@@ -5,7 +5,7 @@
 
 import numpy as np
 
-from . import compat
+from . import compat, mesh_shape
 
 # Attribute types that can travel as floats: property to read and number of components.
 _ATTRIBUTE_TYPES = {
@@ -88,4 +88,20 @@ def _attributes(edits, mesh, attribute_names):
         role = "color" if name in color_names else "generic"
         reference = edits.array(values.astype(np.float32, copy=False).reshape(-1, components))
         found.append({"name": name, "domain": domain, "role": role, "values": reference})
+    found += [
+        {"name": name, "domain": domain, "role": "generic", "values": edits.array(values.reshape(-1, 1))}
+        for name, domain, values in _shape(mesh, attribute_names)
+    ]
     return found
+
+
+def _shape(mesh, attribute_names):
+    """(name, domain, float32[n]) of what some material asks for of the mesh's shape."""
+    if mesh_shape.POINTINESS in attribute_names:
+        edges = compat.edge_vertices(mesh)
+        yield mesh_shape.POINTINESS, "vertex", mesh_shape.pointiness(compat.positions(mesh), compat.vertex_normals(mesh), edges)
+    if mesh_shape.ISLAND in attribute_names and len(mesh.polygons):
+        firsts = np.empty(len(mesh.polygons), np.int32)
+        mesh.polygons.foreach_get("loop_start", firsts)
+        island = mesh_shape.islands(len(mesh.vertices), compat.edge_vertices(mesh))[compat.corner_vertices(mesh)[firsts]]
+        yield mesh_shape.ISLAND, "face", mesh_shape.random_numbers(island)

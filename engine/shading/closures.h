@@ -58,7 +58,7 @@ struct SubsurfaceRules {
 
   float pack() const { return static_cast<float>(static_cast<int>(method) * 2 + diffuse_after_diffuse); }
   static SubsurfaceRules unpack(float packed) {
-    const int bits = std::clamp(static_cast<int>(packed), 0, 7);
+    const int bits = static_cast<int>(std::clamp(packed, 0.0f, 7.0f));
     return {static_cast<SubsurfaceMethod>(bits / 2), bits % 2 != 0};
   }
 };

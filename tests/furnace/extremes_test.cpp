@@ -71,7 +71,7 @@ TEST(Extremes, closures_with_any_parameters_stay_finite_and_not_negative) {
   RandomStream random(22);
   const auto extreme = [&] { return k_extremes[static_cast<size_t>(random.next_1d() * std::size(k_extremes))]; };
   for (int i = 0; i < 40000; ++i) {
-    const auto kind = static_cast<ClosureKind>(i % 11);
+    const auto kind = static_cast<ClosureKind>(i % (static_cast<int>(ClosureKind::emission) + 1));
     float parameters[k_max_closure_parameters];
     for (float& p : parameters) p = random.next_1d() < 0.5f ? extreme() : random.next_1d();
     const Vec3 wi = extreme_direction(random), wo = extreme_direction(random);

@@ -399,7 +399,9 @@ std::shared_ptr<const Program> Compiler::compile() {
   }
   if (graph_.surface) add_closures(*graph_.surface, expressions_.number(1.0f));
   for (const int index : graph_.aovs)
-    if (!add_aov(index)) {
+    if (subject_ == Subject::world) {
+      warn_unsupported(index, "passes do not show what worlds give them: they are black there");
+    } else if (!add_aov(index)) {
       program_->aovs.pop_back();
       warn_unsupported(index, "what leads to it is too large, so that its passes stay black");
     }
@@ -431,6 +433,9 @@ std::shared_ptr<const Program> Compiler::finish() {
       const bool layered = closure_depends_on_view(use.kind) && !use.constant;
       traits.view_dependent |= layered || expressions_.depends_on(closure.operands, reads_view);
     }
+  for (const AovCode& aov : program_->aovs)
+    for (const Code* code : {&aov.color, &aov.value})
+      for (const Instruction& instruction : code->instructions) traits.casts_rays |= casts_rays(instruction.op);
   if (traits.emits) {
     traits.constant_emission = true;
     Color sum(0.0f);

@@ -243,6 +243,32 @@ TEST(Compiler, a_world_sees_the_direction_of_the_ray) {
   EXPECT_EQ(program->emission(point, nullptr), Color(0, 0, 1));
 }
 
+TEST(Compiler, what_a_world_gives_to_aovs_is_said_to_be_left_out) {
+  ShaderGraph graph = make_graph({make_node("OutputAOV", {{"Value", 1.0f}}), make_node("Background")});
+  graph.aovs = {0};
+  Report report;
+  const auto program = compile_world(graph, "Sky", {}, report);
+  EXPECT_EQ(program->find_aov(""), -1);
+  ASSERT_EQ(report.messages().size(), 1u);
+  EXPECT_EQ(report.messages()[0].object, "Sky");
+}
+
+TEST(Compiler, rays_are_cast_where_something_asks_and_make_a_program_depend_on_the_path) {
+  const Compiled occluded(
+      make_graph({make_node("AmbientOcclusion"), make_node("BsdfDiffuse", {{"Color", GraphLink{0, "Color"}}})}));
+  EXPECT_TRUE(occluded.program->traits().casts_rays);
+  EXPECT_TRUE(occluded.program->traits().path_dependent);
+  EXPECT_EQ(occluded.bsdf().albedo({0, 0, 1}), Color(1.0f)) << "where there are no rays nothing is around";
+  ShaderGraph graph = make_graph({make_node("AmbientOcclusion"),
+                                  make_node("OutputAOV", {{"Value", GraphLink{0, "AO"}}}, {{"aov", std::string("ao")}}),
+                                  make_node("BsdfDiffuse")});
+  graph.aovs = {1};
+  const Compiled shown(graph);
+  EXPECT_TRUE(shown.program->traits().casts_rays) << "for the pass";
+  EXPECT_FALSE(shown.program->traits().path_dependent);
+  EXPECT_FALSE(Compiled(make_graph({make_node("BsdfDiffuse")})).program->traits().casts_rays);
+}
+
 TEST(Compiler, a_light_without_graph_multiplies_by_one) {
   Report report;
   EXPECT_EQ(compile_light(ShaderGraph{}, "Lamp", {}, report)->traits().emission, Color(1, 1, 1));

@@ -21,12 +21,26 @@ Vec3 direction_of_equirectangular(const Vec2& uv) {
   return {sin_theta * std::cos(phi), sin_theta * std::sin(phi), std::cos(theta)};
 }
 
+namespace {
+
+/// Largest difference of luminance, of its greatest value, in a world that counts as even: rounding of its evaluation.
+constexpr float k_even_variation = 1e-4f;
+
+}  // namespace
+
 Environment::Environment(EnvironmentLight light) : light_(std::move(light)) {
   const size_t pixels =
       static_cast<size_t>(std::max(light_.width, 0)) * static_cast<size_t>(std::max(light_.height, 0));
-  is_constant_ = pixels == 0 || light_.luminance.size() < pixels;
   mean_luminance_ = std::fabs(static_cast<double>(luminance(light_.radiance)));
-  if (is_constant_) return;
+  if (pixels == 0 || light_.luminance.size() < pixels) return;
+  const auto [least, greatest] =
+      std::minmax_element(light_.luminance.begin(), light_.luminance.begin() + static_cast<std::ptrdiff_t>(pixels));
+  if (std::isfinite(*least) && *greatest - *least <= k_even_variation * std::fabs(*greatest)) {
+    mean_luminance_ = std::fabs(static_cast<double>(*greatest));
+    light_.luminance = {};  // one number says it all
+    return;
+  }
+  is_even_ = false;
   // Weight by the solid angle of each row; sum the estimates for the mean.
   std::vector<float> weights(pixels);
   double sum = 0.0, weight_sum = 0.0;
@@ -47,7 +61,7 @@ Environment::Environment(EnvironmentLight light) : light_(std::move(light)) {
 }
 
 Vec3 Environment::sample(const Vec3& n, const Vec2& u, float& pdf_solid_angle) const {
-  if (is_constant_) {
+  if (is_even_) {
     if (length_squared(n) > 0.0f) {
       const Vec3 local = sample_cosine_hemisphere(u);
       pdf_solid_angle = pdf_solid_angle_cosine_hemisphere(local.z);
@@ -66,7 +80,7 @@ Vec3 Environment::sample(const Vec3& n, const Vec2& u, float& pdf_solid_angle) c
 }
 
 float Environment::pdf_solid_angle(const Vec3& n, const Vec3& direction) const {
-  if (is_constant_)
+  if (is_even_)
     return length_squared(n) > 0.0f ? pdf_solid_angle_cosine_hemisphere(dot(n, direction))
                                     : k_pdf_solid_angle_uniform_sphere;
   const float sin_theta = std::sqrt(direction.x * direction.x + direction.y * direction.y);

@@ -6,14 +6,15 @@
 
 namespace lambent {
 
-/// Immutable. Directions are sampled by the image's luminance, piecewise constant, or, for a constant world, uniformly:
+/// Immutable. Directions are sampled by the image's luminance, piecewise constant, or, for an even world, uniformly:
 /// by the cosine at a surface, over the sphere elsewhere.
 class Environment {
  public:
   explicit Environment(EnvironmentLight light);
 
   const EnvironmentLight& light() const { return light_; }
-  bool is_constant() const { return is_constant_; }
+  /// Every direction has the same luminance: no direction is worth choosing before others.
+  bool is_even() const { return is_even_; }
   /// Mean luminance over the sphere (solid-angle weighted), absolute value.
   double mean_luminance() const { return mean_luminance_; }
   size_t bytes() const { return distribution_.bytes(); }
@@ -27,7 +28,7 @@ class Environment {
  private:
   EnvironmentLight light_;
   Distribution2D distribution_;
-  bool is_constant_ = true;
+  bool is_even_ = true;
   double mean_luminance_ = 0.0;
 };
 

@@ -47,8 +47,9 @@ const LightTraits& LightSet::traits(LightIndex light) const {
 
 // --- Selection
 
-float LightSet::infinite_importance(size_t i, const Vec3& n) const {
+float LightSet::infinite_importance(size_t i, const Vec3& n, EvenWorld even_world) const {
   const LightIndex light = infinite_sampled_[i];
+  if (light == environment_ && has_even_world_ && even_world == EvenWorld::left_to_scattering) return 0.0f;
   if (light >= first_triangle_ || length_squared(n) == 0.0f) return infinite_irradiance_[i];
   return infinite_irradiance_[i] * lamps_[light].largest_cos(n);
 }
@@ -65,7 +66,7 @@ struct LightSet::Groups {
   }
 };
 
-LightSet::Groups LightSet::weigh_groups(const Vec3& p, const Vec3& n) const {
+LightSet::Groups LightSet::weigh_groups(const Vec3& p, const Vec3& n, EvenWorld even_world) const {
   Groups groups;
   const auto add = [&](float weight) {
     groups.total += weight;
@@ -76,12 +77,12 @@ LightSet::Groups LightSet::weigh_groups(const Vec3& p, const Vec3& n) const {
     groups.tree = infinite_sampled_.empty() ? 1.0f : std::min(tree_.importance(p, n), k_largest_importance);
     add(groups.tree);
   }
-  for (size_t i = 0; i < infinite_sampled_.size(); ++i) add(infinite_importance(i, n));
+  for (size_t i = 0; i < infinite_sampled_.size(); ++i) add(infinite_importance(i, n, even_world));
   return groups;
 }
 
-LightSet::Selection LightSet::select(const Vec3& p, const Vec3& n, double u) const {
-  const Groups groups = weigh_groups(p, n);
+LightSet::Selection LightSet::select(const Vec3& p, const Vec3& n, double u, EvenWorld even_world) const {
+  const Groups groups = weigh_groups(p, n, even_world);
   if (groups.contributing == 0) return {};
   const auto stretch = [&](float prob) { u = std::min(u / static_cast<double>(prob), 0x1.fffffffffffffp-1); };
   double before = 0.0;
@@ -95,7 +96,7 @@ LightSet::Selection LightSet::select(const Vec3& p, const Vec3& n, double u) con
   }
   Selection last;
   for (size_t i = 0; i < infinite_sampled_.size(); ++i) {
-    const float prob = groups.prob(infinite_importance(i, n));
+    const float prob = groups.prob(infinite_importance(i, n, even_world));
     if (!(prob > 0.0f)) continue;
     last = {infinite_sampled_[i], prob};
     before += static_cast<double>(prob);
@@ -104,17 +105,17 @@ LightSet::Selection LightSet::select(const Vec3& p, const Vec3& n, double u) con
   return last;
 }
 
-float LightSet::prob_selection(const Vec3& p, const Vec3& n, LightIndex light) const {
+float LightSet::prob_selection(const Vec3& p, const Vec3& n, LightIndex light, EvenWorld even_world) const {
   if (light == k_no_light || light > environment_) return 0.0f;
   const bool infinite = light == environment_ || (light < first_triangle_ && lamps_[light].is_infinite());
   if (!infinite && infinite_sampled_.empty()) return tree_.prob(p, n, emitter_of_light(light));
-  const Groups groups = weigh_groups(p, n);
+  const Groups groups = weigh_groups(p, n, even_world);
   if (!infinite) {
     const float prob = groups.prob(groups.tree);
     return prob > 0.0f ? prob * tree_.prob(p, n, emitter_of_light(light)) : 0.0f;
   }
   for (size_t i = 0; i < infinite_sampled_.size(); ++i)
-    if (infinite_sampled_[i] == light) return groups.prob(infinite_importance(i, n));
+    if (infinite_sampled_[i] == light) return groups.prob(infinite_importance(i, n, even_world));
   return 0.0f;
 }
 
@@ -142,9 +143,9 @@ bool LightSet::sample_triangle_light(const Vec3& p, const Vec2& u, LightSample& 
   return sample.pdf_solid_angle > 0.0f;
 }
 
-LightSample LightSet::sample(const Vec3& p, const Vec3& n, float u_select, const Vec2& u) const {
+LightSample LightSet::sample(const Vec3& p, const Vec3& n, float u_select, const Vec2& u, EvenWorld even_world) const {
   LightSample sample;
-  const Selection selection = select(p, n, more_bits(u_select, u.x));
+  const Selection selection = select(p, n, more_bits(u_select, u.x), even_world);
   if (selection.light == k_no_light) return sample;
   sample.light = selection.light;
   sample.prob_selection = selection.prob;
@@ -195,8 +196,8 @@ float LightSet::pdf_solid_angle_on_light(const Vec3& p, const Vec3& n, LightInde
 }
 
 float LightSet::pdf_solid_angle(const Vec3& p, const Vec3& n, LightIndex light, const Vec3& direction, float distance,
-                                const Vec2& uv) const {
-  const float prob = prob_selection(p, n, light);
+                                const Vec2& uv, EvenWorld even_world) const {
+  const float prob = prob_selection(p, n, light, even_world);
   if (!(prob > 0.0f)) return 0.0f;
   const float pdf = prob * pdf_solid_angle_on_light(p, n, light, direction, distance, uv);
   return std::isfinite(pdf) ? pdf : 0.0f;

@@ -17,12 +17,21 @@
 
 namespace lambent {
 
+/// What becomes of a world that looks alike from all sides, in the choice of lights.
+enum class EvenWorld : uint8_t {
+  sampled,            ///< it is a light among the others
+  left_to_scattering  ///< it is never chosen: for receivers whose scattered rays count it when they meet it
+};
+
 /// Immutable; threads share it.
 ///
 /// Selection. Finite lights hang in a light tree; each infinite light (sun, environment) stands beside it. A receiver
 /// first chooses between these groups, half uniformly and half by estimated irradiance, then within the tree by
 /// importance. Every light that can contribute to the receiver has a positive probability, and it can be asked for any
 /// light and receiver (pdf_solid_angle, prob_selection). All of it is invariant under scaling of scene and powers.
+///
+/// An even world (Environment::is_even) is met by scattered rays as well as anything could choose a direction to it.
+/// Receivers whose scattered rays count what they meet leave it to them: every choice then goes to the other lights.
 ///
 /// Receivers. `n` is the surface normal on the side that is lit; pass zero if light from every side matters (volumes,
 /// transmitting surfaces). The same (p, n) must be given for a sample and for the pdf it is weighed against.
@@ -32,7 +41,10 @@ class LightSet {
   LightSet();
   ~LightSet();
 
-  bool empty() const { return group_count() == 0; }
+  /// True if sample() never finds anything.
+  bool empty(EvenWorld even_world = EvenWorld::sampled) const {
+    return group_count() == (even_world == EvenWorld::left_to_scattering && has_even_world_ ? 1u : 0u);
+  }
   /// Number of lights that can be sampled (power not zero, not degenerate).
   size_t sampled_lights() const { return sampled_; }
   size_t triangle_count() const { return triangles_.size(); }
@@ -44,18 +56,20 @@ class LightSet {
   // --- Light as seen from a receiver
 
   /// Chooses a light and a point on it. `u_select` in [0, 1), `u_position` in [0, 1)². O(log lights).
-  LightSample sample(const Vec3& p_world, const Vec3& n_world, float u_select, const Vec2& u_position) const;
+  LightSample sample(const Vec3& p_world, const Vec3& n_world, float u_select, const Vec2& u_position,
+                     EvenWorld even_world = EvenWorld::sampled) const;
 
   /// Density of sample(p, n) (selection included, sr⁻¹) at the point of `light` that a ray from p along `direction`
   /// (unit) meets at `distance_m` with parameters `uv` (LightSample's; triangles need them). 0 for delta lights, for
   /// k_no_light, and where sample() cannot get.
   float pdf_solid_angle(const Vec3& p_world, const Vec3& n_world, LightIndex light, const Vec3& direction_world,
-                        float distance_m, const Vec2& uv) const;
+                        float distance_m, const Vec2& uv, EvenWorld even_world = EvenWorld::sampled) const;
   float pdf_solid_angle(const Vec3& p_world, const Vec3& n_world, const LightHit& hit) const {
     return pdf_solid_angle(p_world, n_world, hit.light, hit.direction_world, hit.distance_m, hit.uv);
   }
   /// Probability that sample(p, n) chooses `light`.
-  float prob_selection(const Vec3& p_world, const Vec3& n_world, LightIndex light) const;
+  float prob_selection(const Vec3& p_world, const Vec3& n_world, LightIndex light,
+                       EvenWorld even_world = EvenWorld::sampled) const;
 
   // --- Lights as things that rays hit
 
@@ -138,9 +152,9 @@ class LightSet {
   // The tree's emitters have the lights' own numbers.
   static LightIndex light_of_emitter(uint32_t emitter) { return emitter; }
   static uint32_t emitter_of_light(LightIndex light) { return light; }
-  Groups weigh_groups(const Vec3& p, const Vec3& n) const;
-  Selection select(const Vec3& p, const Vec3& n, double u) const;
-  float infinite_importance(size_t i, const Vec3& n) const;
+  Groups weigh_groups(const Vec3& p, const Vec3& n, EvenWorld even_world) const;
+  Selection select(const Vec3& p, const Vec3& n, double u, EvenWorld even_world) const;
+  float infinite_importance(size_t i, const Vec3& n, EvenWorld even_world) const;
   float prob_emission(LightIndex light) const;
   EmissionPdf pdf_on_light(LightIndex light, const Vec3& n_light, const Vec3& direction) const;
   LightHit infinite_hit(LightIndex light, const Vec3& direction, uint32_t ray_kinds) const;
@@ -165,6 +179,7 @@ class LightSet {
   Vec3 scene_center_{0.0f};
   float scene_radius_ = 0.0f;
   size_t sampled_ = 0;
+  bool has_even_world_ = false;
 };
 
 /// Collects lights; build() makes the set. Not thread-safe.

@@ -202,6 +202,8 @@ std::shared_ptr<const LightSet> LightSetBuilder::build(Report& report) {
     const bool shines = environment_irradiance > 0.0 || light.traits.program || !is_black(light.radiance);
     add_infinite(set->environment_, environment_irradiance,
                  4.0 * std::numbers::pi * environment_irradiance * radius_squared, shines && light.traits.hit_by_rays);
+    set->has_even_world_ =
+        environment_irradiance > 0.0 && light.traits.hit_by_rays && set->environment_light_->is_even();
   }
   double total = 0.0;
   for (const double f : flux) total += f;

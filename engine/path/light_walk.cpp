@@ -139,9 +139,10 @@ void LightWalk::trace(const Sampler& sampler, float time) {
       vertex.conditional *= cos_here;
       const Vec3 receiver_normal = light_receiver_normal(vertex.bsdf, vertex.ng_world);
       const LightIndex light = light_;
-      vertex.next_event = lights.is_delta(light) ? lights.prob_selection(surface.p_world, receiver_normal, light)
-                                                 : lights.pdf_solid_angle(surface.p_world, receiver_normal, light,
-                                                                          vertex.wi_world, distance, start.uv);
+      vertex.next_event = lights.is_delta(light)
+                              ? lights.prob_selection(surface.p_world, receiver_normal, light, settings_.even_world)
+                              : lights.pdf_solid_angle(surface.p_world, receiver_normal, light, vertex.wi_world,
+                                                       distance, start.uv, settings_.even_world);
     }
     if (!(vertex.own_area > 0.0f)) return;
     ++count_;

@@ -42,6 +42,7 @@ struct LightWalkSettings {
   int max_vertices = 1;
   int total = 12, diffuse = 4, glossy = 4, transmission = 12, transparent = 8;  ///< limits as bounces.h
   bool caustics_reflective = true, caustics_refractive = true;
+  EvenWorld even_world = EvenWorld::sampled;  ///< as the camera walks' next events have it
   bool events_by_share = false;  ///< LightVertex::events as passes need them (event_by_share), not as sampled
 };
 

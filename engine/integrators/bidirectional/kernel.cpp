@@ -41,6 +41,7 @@ LightWalkSettings walk_settings(const IntegratorSettings& settings, const Pass& 
           limits.transparent,
           settings.caustics_reflective,
           settings.caustics_refractive,
+          even_world(pass.set),
           settings.passes && settings.passes->wants_events()};
 }
 
@@ -187,7 +188,7 @@ float Kernel<profile>::emission_weight(LightIndex light, const Vec3& n_light, co
   if (!traits.hit_by_rays && last_.connectible) return 0.0f;  // found by next event alone
   pdfs_.scatter = last_.pdf_solid_angle;
   pdfs_.next_event = last_.connectible ? scene_.lights().pdf_solid_angle(last_.p_world, last_.receiver_normal, light,
-                                                                         direction, distance, uv)
+                                                                         direction, distance, uv, even_world(pass_.set))
                                        : 0.0f;
   const float cosine = std::fabs(dot(last_.ng_world, direction));
   pdfs_.light[m_] = depended_ || !(pdfs_.flags[m_] & k_light_begins)
@@ -256,7 +257,7 @@ void Kernel<profile>::add_surface_emission(const SurfaceHit& hit, const SurfaceB
 template <KernelProfile profile>
 void Kernel<profile>::join(const Here& here, const Sampler& sampler, uint32_t event_index) {
   if (!here.bsdf.has_non_delta()) return;
-  if (pass_.set.next_event && !scene_.lights().empty()) next_event(here);
+  if (pass_.set.next_event && !scene_.lights().empty(even_world(pass_.set))) next_event(here);
   if (pass_.set.connections) connect(here, walk_, 1.0f);
   if (pass_.set.shared_lights)
     for (const LightWalk* walk : pass_.shared_lights)
@@ -267,8 +268,8 @@ void Kernel<profile>::join(const Here& here, const Sampler& sampler, uint32_t ev
 template <KernelProfile profile>
 void Kernel<profile>::next_event(const Here& here) {
   const LightSet& lights = scene_.lights();
-  const LightSample light =
-      lights.sample(here.hit.p_world, here.receiver_normal, here.numbers.light_selection, here.numbers.light_position);
+  const LightSample light = lights.sample(here.hit.p_world, here.receiver_normal, here.numbers.light_selection,
+                                          here.numbers.light_position, even_world(pass_.set));
   if (!light || !(light.pdf_solid_angle > 0.0f) || bounces_.total > light.traits->max_bounces) return;
   BsdfEval scattered = here.bsdf.eval(here.point.wi_world, light.direction_world, Transport::radiance);
   if (light.traits->hidden_from & k_visible_scattered)

@@ -26,6 +26,11 @@ struct Pass {
   float clamp_connection = 0.0f;  ///< VPL: largest sum of R, G, B of one connection; 0: none
 };
 
+/// Camera walks that count the emission they meet leave an even world to that.
+inline EvenWorld even_world(const TechniqueSet& set) {
+  return set.emission ? EvenWorld::left_to_scattering : EvenWorld::sampled;
+}
+
 LightWalkSettings walk_settings(const IntegratorSettings& settings, const Pass& pass);
 
 /// One thread's working memory and walks. Reused from sample to sample.

@@ -8,6 +8,12 @@
 
 namespace lambent::path_tracer {
 
+namespace {
+
+constexpr EvenWorld k_even_world = EvenWorld::left_to_scattering;
+
+}  // namespace
+
 template <KernelProfile profile>
 Color Kernel<profile>::add(const Color& contribution, bool indirect) {
   const float limit = indirect ? settings_.clamp_indirect : settings_.clamp_direct;
@@ -33,8 +39,8 @@ float Kernel<profile>::emission_weight(LightIndex light, const Vec3& direction, 
                                        const LightTraits& traits) const {
   if (!last_.weighed) return 1.0f;
   if (!traits.hit_by_rays) return 0.0f;  // found by next event alone
-  const float pdf_next_event =
-      scene_.lights().pdf_solid_angle(last_.p_world, last_.receiver_normal, light, direction, distance, uv);
+  const float pdf_next_event = scene_.lights().pdf_solid_angle(last_.p_world, last_.receiver_normal, light, direction,
+                                                               distance, uv, k_even_world);
   return power_heuristic(last_.pdf_solid_angle, pdf_next_event);
 }
 
@@ -99,7 +105,7 @@ void Kernel<profile>::next_event(const ShadingPoint& point, const SurfaceHit& hi
                                  const Vec3& receiver_normal, const EventNumbers& numbers) {
   const LightSet& lights = scene_.lights();
   const LightSample light =
-      lights.sample(hit.p_world, receiver_normal, numbers.light_selection, numbers.light_position);
+      lights.sample(hit.p_world, receiver_normal, numbers.light_selection, numbers.light_position, k_even_world);
   if (!light || !(light.pdf_solid_angle > 0.0f) || bounces_.total > light.traits->max_bounces) return;
   BsdfEval scattered = bsdf.eval(point.wi_world, light.direction_world, Transport::radiance, ReversePdf::no);
   if (light.traits->hidden_from & k_visible_scattered)
@@ -179,7 +185,8 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
       if (bsdf.empty()) break;
       const EventNumbers numbers(sampler_, event_index);
       const Vec3 receiver_normal = light_receiver_normal(bsdf, point.ng_world);
-      if (bsdf.has_non_delta() && !scene_.lights().empty()) next_event(point, hit, bsdf, receiver_normal, numbers);
+      if (bsdf.has_non_delta() && !scene_.lights().empty(k_even_world))
+        next_event(point, hit, bsdf, receiver_normal, numbers);
       scattered = bsdf.sample(point.wi_world, numbers.lobe, numbers.direction, Transport::radiance, ReversePdf::no);
       u_roulette = numbers.roulette;
       if (scattered.event == k_scatter_none) break;
@@ -194,7 +201,7 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
         fill_subsurface_exit(scene_, exit, entered, cone, path_counts(), point, bsdf);
         const EventNumbers exit_numbers(sampler_, ++event_index);
         scattered_normal = point.ng_world;
-        if (!scene_.lights().empty()) next_event(point, hit, bsdf, scattered_normal, exit_numbers);
+        if (!scene_.lights().empty(k_even_world)) next_event(point, hit, bsdf, scattered_normal, exit_numbers);
         scattered =
             bsdf.sample(point.wi_world, exit_numbers.lobe, exit_numbers.direction, Transport::radiance, ReversePdf::no);
         if (scattered.event == k_scatter_none) break;

@@ -436,10 +436,8 @@ Color PassRecorder::transmittance(const Ray& ray) const {
 void PassRecorder::received(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, Color& shadowed,
                             Color& unshadowed) {
   if (!bsdf.has_non_delta() || scene_.lights().empty()) return;
-  const float u_selection = random();
-  const Vec2 u_position(random(), random());
-  const LightSample light =
-      scene_.lights().sample(hit.p_world, light_receiver_normal(bsdf, point.ng_world), u_selection, u_position);
+  const Vec2 u(random(), random());
+  const LightSample light = scene_.lights().sample(hit.p_world, light_receiver_normal(bsdf, point.ng_world), u);
   if (!light || !(light.pdf_solid_angle > 0.0f)) return;
   const Color f = bsdf.eval(point.wi_world, light.direction_world, Transport::radiance, ReversePdf::no).f_cos;
   unshadowed = f * scene_.sample_radiance(light, k_counts_behind_first) * (1.0f / light.pdf_solid_angle);

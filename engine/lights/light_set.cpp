@@ -1,21 +1,12 @@
 #include "engine/lights/light_set.h"
 
-#include <bit>
 #include <cmath>
 
-#include "engine/base/hash.h"
 #include "engine/sampling/warp.h"
 
 namespace lambent {
 
 namespace {
-
-/// A double in [0, 1) whose first 24 bits are u's and whose other bits are hashed from the sample's numbers: descending
-/// a tree over millions of lights takes more bits than a float has.
-double more_bits(float u, float salt) {
-  const uint32_t bits = hash_combine(std::bit_cast<uint32_t>(u), std::bit_cast<uint32_t>(salt));
-  return static_cast<double>(u) + static_cast<double>(bits) * 0x1p-56;
-}
 
 /// SphericalTriangle's weights of the first two vertices from weights of the second and third.
 Vec2 first_two(const Vec2& uv) { return {1.0f - uv.x - uv.y, uv.x}; }
@@ -81,14 +72,13 @@ LightSet::Groups LightSet::weigh_groups(const Vec3& p, const Vec3& n, EvenWorld 
   return groups;
 }
 
-LightSet::Selection LightSet::select(const Vec3& p, const Vec3& n, double u, EvenWorld even_world) const {
+LightSet::Selection LightSet::select(const Vec3& p, const Vec3& n, ReusedNumber& u, EvenWorld even_world) const {
   const Groups groups = weigh_groups(p, n, even_world);
   if (groups.contributing == 0) return {};
-  const auto stretch = [&](float prob) { u = std::min(u / static_cast<double>(prob), 0x1.fffffffffffffp-1); };
   double before = 0.0;
   if (const float prob = groups.prob(groups.tree); prob > 0.0f) {
-    if (u < static_cast<double>(prob) || groups.contributing == 1) {
-      stretch(prob);
+    if (u.value() < static_cast<double>(prob) || groups.contributing == 1) {
+      u.stretch(0.0, static_cast<double>(prob));
       const LightTree::Choice choice = tree_.sample(p, n, u);
       return choice.prob > 0.0f ? Selection{light_of_emitter(choice.emitter), prob * choice.prob} : Selection{};
     }
@@ -99,9 +89,10 @@ LightSet::Selection LightSet::select(const Vec3& p, const Vec3& n, double u, Eve
     const float prob = groups.prob(infinite_importance(i, n, even_world));
     if (!(prob > 0.0f)) continue;
     last = {infinite_sampled_[i], prob};
+    if (u.value() < before + static_cast<double>(prob)) break;
     before += static_cast<double>(prob);
-    if (u < before) break;
   }
+  if (last.prob > 0.0f) u.stretch(before, static_cast<double>(last.prob));
   return last;
 }
 
@@ -143,9 +134,11 @@ bool LightSet::sample_triangle_light(const Vec3& p, const Vec2& u, LightSample& 
   return sample.pdf_solid_angle > 0.0f;
 }
 
-LightSample LightSet::sample(const Vec3& p, const Vec3& n, float u_select, const Vec2& u, EvenWorld even_world) const {
+LightSample LightSet::sample(const Vec3& p, const Vec3& n, const Vec2& u_light, EvenWorld even_world) const {
   LightSample sample;
-  const Selection selection = select(p, n, more_bits(u_select, u.x), even_world);
+  ReusedNumber u_first(u_light);
+  const Selection selection = select(p, n, u_first, even_world);
+  const Vec2 u(u_first.rest(), u_light.y);
   if (selection.light == k_no_light) return sample;
   sample.light = selection.light;
   sample.prob_selection = selection.prob;
@@ -250,24 +243,26 @@ float LightSet::prob_emission(LightIndex light) const {
   return emitter == k_no_light || emission_cdf_.empty() ? 0.0f : share(0) * tree_.prob_by_intensity(emitter);
 }
 
-EmissionSample LightSet::sample_emission(float u_select, const Vec2& u_position, const Vec2& u_direction) const {
+EmissionSample LightSet::sample_emission(const Vec2& u_emitter, const Vec2& u_direction) const {
   EmissionSample sample;
   if (emission_cdf_.empty()) return sample;
+  ReusedNumber u_first(u_emitter);
   size_t group = 0;
-  while (group + 1 < emission_cdf_.size() && u_select >= emission_cdf_[group]) ++group;
+  while (group + 1 < emission_cdf_.size() && u_first.value() >= static_cast<double>(emission_cdf_[group])) ++group;
   const float below = group > 0 ? emission_cdf_[group - 1] : 0.0f;
   const float width = emission_cdf_[group] - below;
   if (!(width > 0.0f)) return sample;
+  u_first.stretch(static_cast<double>(below), static_cast<double>(width));
   LightIndex light = k_no_light;
   if (group == 0) {
-    const double u = (more_bits(u_select, u_position.x) - static_cast<double>(below)) / static_cast<double>(width);
-    const LightTree::Choice choice = tree_.sample_by_intensity(std::clamp(u, 0.0, 0x1.fffffffffffffp-1));
+    const LightTree::Choice choice = tree_.sample_by_intensity(u_first);
     light = light_of_emitter(choice.emitter);
     sample.prob_selection = width * choice.prob;
   } else {
     light = infinite_sampled_[group - 1];
     sample.prob_selection = width;
   }
+  const Vec2 u_position(u_first.rest(), u_emitter.y);
   sample.traits = &traits(light);
   bool valid = true;
   if (is_triangle(light)) {

@@ -14,6 +14,7 @@
 #include "engine/lights/lamp_bvh.h"
 #include "engine/lights/light.h"
 #include "engine/lights/light_tree.h"
+#include "engine/sampling/sampler.h"
 
 namespace lambent {
 
@@ -55,8 +56,8 @@ class LightSet {
 
   // --- Light as seen from a receiver
 
-  /// Chooses a light and a point on it. `u_select` in [0, 1), `u_position` in [0, 1)². O(log lights).
-  LightSample sample(const Vec3& p_world, const Vec3& n_world, float u_select, const Vec2& u_position,
+  /// Chooses a light and a point on it by `u` in [0, 1)². O(log lights).
+  LightSample sample(const Vec3& p_world, const Vec3& n_world, const Vec2& u,
                      EvenWorld even_world = EvenWorld::sampled) const;
 
   /// Density of sample(p, n) (selection included, sr⁻¹) at the point of `light` that a ray from p along `direction`
@@ -107,8 +108,8 @@ class LightSet {
 
   // --- Light as seen from the lights
 
-  /// Chooses a light by power, a position on it and a direction. `u_select` in [0, 1), the others in [0, 1)².
-  EmissionSample sample_emission(float u_select, const Vec2& u_position, const Vec2& u_direction) const;
+  /// Chooses a light by power and a position on it by `u_emitter`, and a direction by `u_direction`, both in [0, 1)².
+  EmissionSample sample_emission(const Vec2& u_emitter, const Vec2& u_direction) const;
 
   /// Densities of sample_emission for the ray that leaves `light` along `direction_from_light` (unit). For triangles
   /// and area lamps `n_light` is the normal of the side that emits.
@@ -153,7 +154,7 @@ class LightSet {
   static LightIndex light_of_emitter(uint32_t emitter) { return emitter; }
   static uint32_t emitter_of_light(LightIndex light) { return light; }
   Groups weigh_groups(const Vec3& p, const Vec3& n, EvenWorld even_world) const;
-  Selection select(const Vec3& p, const Vec3& n, double u, EvenWorld even_world) const;
+  Selection select(const Vec3& p, const Vec3& n, ReusedNumber& u, EvenWorld even_world) const;
   float infinite_importance(size_t i, const Vec3& n, EvenWorld even_world) const;
   float prob_emission(LightIndex light) const;
   EmissionPdf pdf_on_light(LightIndex light, const Vec3& n_light, const Vec3& direction) const;

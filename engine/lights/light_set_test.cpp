@@ -39,7 +39,7 @@ double irradiance(const LightSet& set, const Vec3& p, const Vec3& n, uint32_t sa
   double sum = 0.0;
   for (uint32_t i = 0; i < samples; ++i) {
     const Sampler sampler(1, 0, 0, i);
-    const LightSample s = set.sample(p, n, sampler.get_1d(0), sampler.get_2d(1));
+    const LightSample s = set.sample(p, n, sampler.get_2d(1));
     if (s)
       sum += static_cast<double>(s.radiance.x) * static_cast<double>(std::max(dot(s.direction_world, n), 0.0f)) /
              static_cast<double>(s.pdf_solid_angle);
@@ -110,7 +110,7 @@ TEST(LightSet, density_over_all_directions_integrates_to_the_probability_of_a_sa
       double valid = 0.0, integral = 0.0, square = 0.0;
       for (uint32_t i = 0; i < count; ++i) {
         const Sampler sampler(2, 0, 0, i);
-        const LightSample s = set->sample(p, n, sampler.get_1d(0), sampler.get_2d(1));
+        const LightSample s = set->sample(p, n, sampler.get_2d(1));
         if (s && !s.is_delta) valid += 1.0 / count;
         // Uniform directions; triangles by their own uniform points, as no ray of this test meets them.
         const Vec3 w = sample_uniform_sphere(sampler.get_2d(2));
@@ -148,7 +148,7 @@ TEST(LightSet, a_sample_knows_the_density_that_a_ray_in_its_direction_gets) {
     for (int i = 0; i < 20000; ++i) {
       const Vec3 p = Vec3(random.next_1d() * 2 - 1, random.next_1d() * 2 - 1, random.next_1d()) * scale;
       const Vec3 n = i % 2 ? sample_uniform_sphere(random.next_2d()) : Vec3(0.0f);
-      const LightSample s = set->sample(p, n, random.next_1d(), random.next_2d());
+      const LightSample s = set->sample(p, n, random.next_2d());
       if (!s) continue;
       ASSERT_TRUE(std::isfinite(s.pdf_solid_angle) && s.pdf_solid_angle > 0 && is_finite(s.radiance));
       ASSERT_NEAR(length(s.direction_world), 1.0f, 1e-5f);
@@ -178,6 +178,53 @@ TEST(LightSet, selection_probabilities_sum_to_one) {
   }
   EXPECT_EQ(set->prob_selection(Vec3(0.0f), Vec3(0.0f), k_no_light), 0.0f);
   EXPECT_EQ(set->sampled_lights(), 12u);
+}
+
+TEST(LightSet, an_even_world_is_left_to_scattering_where_that_is_asked_and_no_other_world_is) {
+  for (const bool even : {true, false}) {
+    LightSetBuilder builder;
+    AnalyticLight sun;
+    sun.kind = LightKind::sun;
+    const LightIndex sun_index = builder.add(sun);
+    EnvironmentLight world;
+    world.radiance = Color(0.5f);
+    world.width = 4;
+    world.height = 2;
+    world.luminance = std::vector<float>(8, 0.5f);
+    if (!even) world.luminance[3] = 0.6f;
+    builder.set_environment(std::move(world));
+    Report report;
+    const auto set = builder.build(report);
+    const Vec3 p(0.0f), n(0, 0, 1);
+    const LightIndex world_index = sun_index + 1;
+    ASSERT_EQ(set->kind(world_index), LightKind::environment);
+    EXPECT_FALSE(set->empty());
+    EXPECT_FALSE(set->empty(EvenWorld::left_to_scattering));
+    EXPECT_GT(set->prob_selection(p, n, world_index), 0.1f);
+    const float prob_world = set->prob_selection(p, n, world_index, EvenWorld::left_to_scattering);
+    const float prob_sun = set->prob_selection(p, n, sun_index, EvenWorld::left_to_scattering);
+    EXPECT_EQ(prob_world == 0.0f, even);
+    EXPECT_EQ(prob_sun == 1.0f, even);
+    EXPECT_NEAR(prob_sun + prob_world, 1.0f, 1e-6f);
+    const float pdf = set->pdf_solid_angle(p, n, world_index, normalize(Vec3(0.3f, 0.5f, 0.8f)), k_infinity, Vec2(0.0f),
+                                           EvenWorld::left_to_scattering);
+    EXPECT_EQ(pdf == 0.0f, even);
+    RandomStream random(1);
+    for (int i = 0; i < 1000; ++i) {
+      const LightSample sample = set->sample(p, n, random.next_2d(), EvenWorld::left_to_scattering);
+      ASSERT_TRUE(sample);
+      if (even) ASSERT_EQ(sample.light, sun_index);
+    }
+  }
+  LightSetBuilder builder;
+  EnvironmentLight world;
+  world.radiance = Color(0.5f);
+  builder.set_environment(std::move(world));
+  Report report;
+  const auto alone = builder.build(report);
+  EXPECT_FALSE(alone->empty());
+  EXPECT_TRUE(alone->empty(EvenWorld::left_to_scattering));
+  EXPECT_FALSE(alone->sample(Vec3(0.0f), Vec3(0, 0, 1), Vec2(0.5f), EvenWorld::left_to_scattering));
 }
 
 TEST(LightSet, a_point_lamp_of_100_watts_gives_what_blender_measures) {
@@ -317,14 +364,14 @@ TEST(LightSet, both_transport_directions_give_a_patch_the_same_light) {
       const Sampler sampler(3, 0, 0, i);
       const Vec2 u = sampler.get_2d(2);
       const Vec3 q(u.x - 0.5f, u.y - 0.5f, 0);
-      const LightSample s = set->sample(q, n, sampler.get_1d(0), sampler.get_2d(1));
+      const LightSample s = set->sample(q, n, sampler.get_2d(1));
       double value = 0.0;
       if (s)
         value = static_cast<double>(s.radiance.x * std::max(s.direction_world.z, 0.0f)) /
                 static_cast<double>(s.pdf_solid_angle);
       asked += value / count;
       asked_square += value * value / count;
-      const EmissionSample e = set->sample_emission(sampler.get_1d(3), sampler.get_2d(4), sampler.get_2d(5));
+      const EmissionSample e = set->sample_emission(sampler.get_2d(4), sampler.get_2d(5));
       value = 0.0;
       if (e) {
         const EmissionPdf pdf = set->pdf_emission(e.light, e.n_light_world, e.direction_world);
@@ -388,8 +435,8 @@ TEST(LightSet, a_side_that_is_not_sampled_has_no_density) {
     const float above = set->pdf_solid_angle({0.1f, -0.1f, 2}, Vec3(0.0f), light, {0, 0, -1}, 1, {0.3f, 0.3f});
     EXPECT_EQ(below > 0.0f, front);  // the quad faces down
     EXPECT_EQ(above > 0.0f, !front);
-    EXPECT_EQ(static_cast<bool>(set->sample({0.1f, -0.1f, 0}, Vec3(0.0f), 0.5f, {0.5f, 0.5f})), front);
-    EXPECT_EQ(static_cast<bool>(set->sample({0.1f, -0.1f, 2}, Vec3(0.0f), 0.5f, {0.5f, 0.5f})), !front);
+    EXPECT_EQ(static_cast<bool>(set->sample({0.1f, -0.1f, 0}, Vec3(0.0f), {0.5f, 0.5f})), front);
+    EXPECT_EQ(static_cast<bool>(set->sample({0.1f, -0.1f, 2}, Vec3(0.0f), {0.5f, 0.5f})), !front);
   }
 }
 
@@ -404,9 +451,9 @@ TEST(LightSet, zero_negative_and_enormous_powers_are_handled) {
   RandomStream random(1);
   for (int i = 0; i < 10000; ++i) {
     const Vec3 p(random.next_1d() * 2 - 1, random.next_1d() * 2 - 1, random.next_1d());
-    const LightSample s = bright->sample(p, Vec3(0.0f), random.next_1d(), random.next_2d());
+    const LightSample s = bright->sample(p, Vec3(0.0f), random.next_2d());
     ASSERT_TRUE(!s || (std::isfinite(s.pdf_solid_angle) && is_finite(s.radiance)));
-    const EmissionSample e = bright->sample_emission(random.next_1d(), random.next_2d(), random.next_2d());
+    const EmissionSample e = bright->sample_emission(random.next_2d(), random.next_2d());
     ASSERT_TRUE(!e || (std::isfinite(e.pdf_area) && is_finite(e.radiance)));
   }
 }
@@ -450,8 +497,8 @@ TEST(LightSet, a_scene_without_lights_gives_no_samples) {
   builder.set_environment({});
   const auto set = build(builder);
   EXPECT_TRUE(set->empty());
-  EXPECT_FALSE(set->sample(Vec3(0.0f), Vec3(0, 0, 1), 0.5f, {0.5f, 0.5f}));
-  EXPECT_FALSE(set->sample_emission(0.5f, {0.5f, 0.5f}, {0.5f, 0.5f}));
+  EXPECT_FALSE(set->sample(Vec3(0.0f), Vec3(0, 0, 1), {0.5f, 0.5f}));
+  EXPECT_FALSE(set->sample_emission({0.5f, 0.5f}, {0.5f, 0.5f}));
   EXPECT_FALSE(set->has_infinite_lights());
   EXPECT_FALSE(set->intersect(Vec3(0.0f), {0, 0, 1}, 0, 1, 1u));
 }
@@ -462,7 +509,7 @@ TEST(LightSet, receivers_at_a_light_get_no_nonsense) {
   for (const Vec3& p :
        {Vec3(-1, 0.2f, 1), Vec3(1, 0.5f, 1.5f), Vec3(-1, -1, 2), Vec3(0, 1, 1.5f), Vec3(0.4f, 1.4f, 1.5f)})
     for (int i = 0; i < 1000; ++i) {
-      const LightSample s = set->sample(p, Vec3(0.0f), random.next_1d(), random.next_2d());
+      const LightSample s = set->sample(p, Vec3(0.0f), random.next_2d());
       ASSERT_TRUE(!s || (std::isfinite(s.pdf_solid_angle) && s.pdf_solid_angle > 0 && is_finite(s.direction_world)));
     }
 }

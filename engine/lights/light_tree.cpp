@@ -61,10 +61,10 @@ struct Pick {
   float prob = 0.0f;
 };
 
-Pick pick(const float weights[4], double& u) {
+Pick pick(const float weights[4], ReusedNumber& u) {
   const float total = (weights[0] + weights[1]) + (weights[2] + weights[3]);
   if (!(total > 0.0f)) return {};
-  const double target = u * static_cast<double>(total);
+  const double target = u.value() * static_cast<double>(total);
   double before = 0.0;
   int last = -1;
   for (int i = 0; i < 4; ++i) {
@@ -72,12 +72,12 @@ Pick pick(const float weights[4], double& u) {
     last = i;
     const auto weight = static_cast<double>(weights[i]);
     if (target < before + weight) {
-      u = std::min((target - before) / weight, 0x1.fffffffffffffp-1);
+      u.set((target - before) / weight);
       return {i, weights[i] / total};
     }
     before += weight;
   }
-  u = 0x1.fffffffffffffp-1;  // the float sum rounded above the sum of its parts
+  u.set(1.0);  // the float sum rounded above the sum of its parts
   return {last, weights[last] / total};
 }
 
@@ -95,7 +95,7 @@ float LightTree::importance(const Vec3& p, const Vec3& n) const {
   return (weights[0] + weights[1]) + (weights[2] + weights[3]);
 }
 
-LightTree::Choice LightTree::sample(const Vec3& p, const Vec3& n, double u) const {
+LightTree::Choice LightTree::sample(const Vec3& p, const Vec3& n, ReusedNumber& u) const {
   Choice choice;
   if (nodes_.empty()) return choice;
   choice.prob = 1.0f;
@@ -134,7 +134,7 @@ float LightTree::prob(const Vec3& p, const Vec3& n, uint32_t emitter) const {
   }
 }
 
-LightTree::Choice LightTree::sample_by_intensity(double u) const {
+LightTree::Choice LightTree::sample_by_intensity(ReusedNumber& u) const {
   Choice choice;
   if (nodes_.empty()) return choice;
   choice.prob = 1.0f;

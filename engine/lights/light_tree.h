@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/base/vec.h"
+#include "engine/sampling/sampler.h"
 
 namespace lambent {
 
@@ -53,12 +54,12 @@ class LightTree {
   /// Estimated irradiance of all emitters on a receiver with normal n (zero: facing every light), in intensity units /
   /// m².
   float importance(const Vec3& p, const Vec3& n) const;
-  /// Chooses an emitter. `u` in [0, 1) with 53 bits.
-  Choice sample(const Vec3& p, const Vec3& n, double u) const;
+  /// Chooses an emitter by `u`, of which it leaves what serves again.
+  Choice sample(const Vec3& p, const Vec3& n, ReusedNumber& u) const;
   /// Probability of sample(p, n) choosing `emitter`. Equal to the probability that sample() returned.
   float prob(const Vec3& p, const Vec3& n, uint32_t emitter) const;
   /// Chooses an emitter by intensity, whatever the receiver.
-  Choice sample_by_intensity(double u) const;
+  Choice sample_by_intensity(ReusedNumber& u) const;
   float prob_by_intensity(uint32_t emitter) const;
 
  private:

@@ -58,7 +58,8 @@ TEST(LightTree, probabilities_sum_to_one_and_are_those_of_sampling) {
       }
       int chosen = 0;
       for (int k = 0; k < 200; ++k) {
-        const auto choice = tree.sample(p, normal, static_cast<double>(random.next_u64() >> 11) * 0x1p-53);
+        ReusedNumber u(random.next_2d());
+        const auto choice = tree.sample(p, normal, u);
         if (!(choice.prob > 0)) continue;
         ++chosen;
         ASSERT_EQ(choice.prob, tree.prob(p, normal, choice.emitter));
@@ -77,7 +78,8 @@ TEST(LightTree, choices_follow_the_probabilities) {
     const int count = 1'000'000;
     RandomStream random(4);
     for (int i = 0; i < count; ++i) {
-      const auto choice = tree.sample(p, normal, static_cast<double>(random.next_u64() >> 11) * 0x1p-53);
+      ReusedNumber u(random.next_2d());
+      const auto choice = tree.sample(p, normal, u);
       observed[choice.prob > 0 ? choice.emitter : n] += 1.0;
     }
     double sum = 0.0;
@@ -92,7 +94,10 @@ TEST(LightTree, choices_follow_the_probabilities) {
     EXPECT_GT(chi_square_test(observed, expected).p_value, sidak_significance(4));
   }
   std::vector<double> observed(n, 0.0), expected(n, 0.0);
-  for (int i = 0; i < 1'000'000; ++i) observed[tree.sample_by_intensity((i + 0.5) * 1e-6).emitter] += 1.0;
+  for (int i = 0; i < 1'000'000; ++i) {
+    ReusedNumber u(Vec2((static_cast<float>(i) + 0.5f) * 1e-6f, 0.5f));
+    observed[tree.sample_by_intensity(u).emitter] += 1.0;
+  }
   for (int i = 0; i < n; ++i) {
     expected[i] = 1e6 * static_cast<double>(tree.prob_by_intensity(static_cast<uint32_t>(i)));
     EXPECT_NEAR(observed[i], expected[i], 2.0 + 1e-4 * expected[i]);
@@ -190,9 +195,11 @@ TEST(LightTree, lights_in_one_place_and_extreme_powers_build_and_sample) {
   for (const Vec3& p : {Vec3(1, 2, 3), Vec3(0.0f), Vec3(1e6f)}) {
     EXPECT_NEAR(tree.prob(p, Vec3(0.0f), 7), 1.0f, 1e-5f);
     EXPECT_EQ(tree.prob(p, Vec3(0.0f), 10), 0.0f);
-    EXPECT_EQ(tree.sample(p, Vec3(0.0f), 0.3).emitter, 7u);
+    ReusedNumber u(Vec2(0.3f, 0.5f));
+    EXPECT_EQ(tree.sample(p, Vec3(0.0f), u).emitter, 7u);
   }
-  EXPECT_EQ(tree.sample(Vec3(0.0f), Vec3(0, 0, -1), 0.5).prob, 0.0f);
+  ReusedNumber u(Vec2(0.5f));
+  EXPECT_EQ(tree.sample(Vec3(0.0f), Vec3(0, 0, -1), u).prob, 0.0f);
   EXPECT_TRUE(LightTree(std::vector<LightCluster>(3)).empty());
   EXPECT_TRUE(LightTree().empty());
 }

@@ -64,8 +64,7 @@ void LightWalk::trace(const Sampler& sampler, float time) {
   count_ = 0;
   const LightSet& lights = scene_.lights();
   const EmissionSample start =
-      lights.sample_emission(sampler.get_1d(light_path_dimension(k_dimension_emitter_selection)),
-                             sampler.get_2d(light_path_dimension(k_dimension_emitter_position)),
+      lights.sample_emission(sampler.get_2d(light_path_dimension(k_dimension_emitter)),
                              sampler.get_2d(light_path_dimension(k_dimension_emitter_direction)));
   if (!start || !start.traits->starts_walks) return;
   light_ = start.light;

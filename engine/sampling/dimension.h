@@ -18,10 +18,9 @@ enum CameraDimension : uint32_t {
 
 /// Decisions taken once a scattering event (surface or medium), relative to the event's first dimension.
 enum BounceDimension : uint32_t {
-  k_dimension_lobe = 0,                ///< 1D: which lobe scatters
-  k_dimension_direction = 1,           ///< 2D: direction from the lobe
-  k_dimension_light_selection = 2,     ///< 1D: which light next event asks
-  k_dimension_light_position = 3,      ///< 2D: where on it
+  k_dimension_lobe = 0,                ///< 1D: what one lobe chooses by itself: glass between its two sides
+  k_dimension_direction = 1,           ///< 2D: which lobe scatters and where to
+  k_dimension_light = 2,               ///< 2D: which light next event asks and where on it
   k_dimension_roulette = 4,            ///< 1D
   k_dimension_transparency = 5,        ///< 1D: stochastic alpha
   k_dimension_free_flight = 6,         ///< 1D: distance in a medium
@@ -36,9 +35,8 @@ enum BounceDimension : uint32_t {
 
 /// Decisions taken once a light subpath, relative to k_light_path_dimension.
 enum LightPathDimension : uint32_t {
-  k_dimension_emitter_selection = 0,  ///< 1D
-  k_dimension_emitter_position = 1,   ///< 2D
-  k_dimension_emitter_direction = 2,  ///< 2D
+  k_dimension_emitter = 0,            ///< 2D: which one and where on it
+  k_dimension_emitter_direction = 1,  ///< 2D
 };
 
 /// First dimension of light subpaths; above every camera walk of up to 2^15 events.

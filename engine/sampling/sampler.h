@@ -2,6 +2,8 @@
 // not depend on thread count, tile order, or being stopped and resumed.
 #pragma once
 
+#include <algorithm>
+#include <bit>
 #include <cstdint>
 
 #include "engine/base/hash.h"
@@ -88,6 +90,25 @@ class Sampler {
 
   uint32_t pixel_;
   uint32_t reversed_index_;
+};
+
+/// A number in [0, 1) that makes choices and serves again after each, stretched to what the choice left of it: points
+/// that are stratified in two dimensions stay so among those that chose alike, which numbers of their own for the
+/// choices would undo. 53 bits: those of u.x, then hashed ones, so that rare choices leave enough.
+class ReusedNumber {
+ public:
+  explicit ReusedNumber(const Vec2& u)
+      : u_(static_cast<double>(u.x) +
+           static_cast<double>(hash_combine(std::bit_cast<uint32_t>(u.x), std::bit_cast<uint32_t>(u.y))) * 0x1p-56) {}
+
+  double value() const { return u_; }
+  float rest() const { return std::min(static_cast<float>(u_), k_one_minus_epsilon); }
+  /// To be called once value() is known to lie in [begin, begin + width).
+  void stretch(double begin, double width) { set((u_ - begin) / width); }
+  void set(double u) { u_ = std::clamp(u, 0.0, 0x1.fffffffffffffp-1); }
+
+ private:
+  double u_;
 };
 
 /// Independent uniform numbers from a counter: for tests and set-up work, not for pixels.

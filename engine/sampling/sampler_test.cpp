@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <set>
 #include <vector>
@@ -59,8 +60,7 @@ TEST(Sampler, numbers_of_an_event_are_those_drawn_one_by_one) {
     const EventNumbers numbers(sampler, bounce);
     const auto one = [&](BounceDimension which) { return sampler.get_1d(bounce_dimension(bounce, which)); };
     const auto two = [&](BounceDimension which) { return sampler.get_2d(bounce_dimension(bounce, which)); };
-    EXPECT_EQ(numbers.light_selection, one(k_dimension_light_selection));
-    EXPECT_EQ(numbers.light_position, two(k_dimension_light_position));
+    EXPECT_EQ(numbers.light, two(k_dimension_light));
     EXPECT_EQ(numbers.lobe, one(k_dimension_lobe));
     EXPECT_EQ(numbers.direction, two(k_dimension_direction));
     EXPECT_EQ(numbers.roulette, one(k_dimension_roulette));
@@ -71,8 +71,44 @@ TEST(Sampler, numbers_of_an_event_are_those_drawn_one_by_one) {
 TEST(Sampler, aligned_powers_of_two_are_stratified_in_every_elementary_interval) {
   for (int k = 0; k <= 10; ++k) {
     expect_net(0, 0, 0, 0, k, 1);
-    expect_net(42, 17, -3, 3u << k, k, bounce_dimension(5, k_dimension_light_position));
+    expect_net(42, 17, -3, 3u << k, k, bounce_dimension(5, k_dimension_light));
   }
+}
+
+TEST(ReusedNumber, keeps_the_strata_of_what_chose_alike) {
+  // Of 64 stratified points a choice of 1/4 takes exactly 16, each in a sixteenth of its own; so for choices of
+  // choices.
+  const double begin = 0.5, width = 0.25;
+  std::vector<int> count(16, 0);
+  int chosen = 0, twice = 0;
+  for (uint32_t i = 0; i < 64; ++i) {
+    ReusedNumber u(Sampler(3, 1, 2, i).get_2d(bounce_dimension(0, k_dimension_direction)));
+    if (u.value() < begin || u.value() >= begin + width) continue;
+    ++chosen;
+    u.stretch(begin, width);
+    ++count[static_cast<size_t>(u.rest() * 16.0f)];
+    if (u.value() < 0.25) ++twice;
+  }
+  EXPECT_EQ(chosen, 16);
+  EXPECT_EQ(twice, 4);
+  for (const int c : count) EXPECT_EQ(c, 1);
+}
+
+TEST(ReusedNumber, is_uniform_after_choices_that_leave_nothing_of_24_bits) {
+  // Twenty choices of 1/4 each: 2^-40.
+  double sum = 0.0, squares = 0.0;
+  constexpr int k_count = 20000;
+  for (uint32_t i = 0; i < k_count; ++i) {
+    ReusedNumber u(Sampler(5, 0, 0, i).get_2d(7));
+    for (int choice = 0; choice < 20; ++choice) u.stretch(std::floor(4.0 * u.value()) / 4.0, 0.25);
+    const double x = static_cast<double>(u.rest());
+    ASSERT_TRUE(x >= 0.0 && x < 1.0);
+    sum += x;
+    squares += x * x;
+  }
+  // 4.5 standard errors of the moments of a uniform number.
+  EXPECT_NEAR(sum / k_count, 0.5, 4.5 * std::sqrt(1.0 / 12.0 / k_count));
+  EXPECT_NEAR(squares / k_count, 1.0 / 3.0, 4.5 * std::sqrt(4.0 / 45.0 / k_count));
 }
 
 TEST(Sampler, stays_stratified_after_millions_of_samples) {

@@ -68,6 +68,10 @@ class Scene {
   const LightSet& lights() const { return *lights_; }
   const TextureSystem* textures() const { return textures_.get(); }
   const SceneProfile& profile() const { return profile_; }
+  /// There are lights that scattered rays may meet.
+  bool rays_meet_light() const {
+    return profile_.emissive_meshes || lights_->has_visible_lamps() || lights_->has_infinite_lights();
+  }
   /// Objects whose light only camera walks find (LightTraits::starts_walks), the world's name among them.
   const std::vector<std::string>& lights_without_walks() const { return lights_without_walks_; }
   const ViewSpace& view() const { return view_; }

@@ -1,5 +1,6 @@
 #include "engine/shading/bsdf_set.h"
 
+#include "engine/sampling/sampler.h"
 #include "engine/shading/lobe_functions.h"
 
 namespace lambent {
@@ -267,7 +268,7 @@ BsdfEval Bsdf::eval(const Vec3& wi_world, const Vec3& wo_world, Transport transp
   return result;
 }
 
-BsdfSample Bsdf::sample(const Vec3& wi_world, float u_lobe, const Vec2& u, Transport transport,
+BsdfSample Bsdf::sample(const Vec3& wi_world, float u_choice, const Vec2& u_all, Transport transport,
                         ReversePdf reverse_pdf) const {
   BsdfSample result;
   if (count_ == 0) return result;
@@ -276,11 +277,18 @@ BsdfSample Bsdf::sample(const Vec3& wi_world, float u_lobe, const Vec2& u, Trans
   const float total = selected.total;
   if (!(total > 0.0f)) return result;
   int picked = 0;
-  float threshold = u_lobe * total;
-  while (picked + 1 < count_ && threshold >= share[picked]) threshold -= share[picked++];
-  while (picked > 0 && share[picked] <= 0.0f) --picked;  // rounding at u_lobe near 1
-  if (!(share[picked] > 0.0f)) return result;
-  const float u_choice = std::clamp(threshold / share[picked], 0.0f, k_one_minus_epsilon);
+  Vec2 u = u_all;
+  if (count_ > 1) {
+    ReusedNumber u_first(u_all);
+    const double target = u_first.value() * static_cast<double>(total);
+    double before = 0.0;
+    while (picked + 1 < count_ && target >= before + static_cast<double>(share[picked]))
+      before += static_cast<double>(share[picked++]);
+    while (picked > 0 && share[picked] <= 0.0f) --picked;  // rounding at u near 1
+    if (!(share[picked] > 0.0f)) return result;
+    u_first.set((target - before) / static_cast<double>(share[picked]));
+    u.x = u_first.rest();
+  }
   const float prob = share[picked] / total;
 
   const Lobe& lobe = lobes_[picked];

@@ -59,8 +59,9 @@ class Bsdf {
   BsdfEval eval(const Vec3& wi_world, const Vec3& wo_world, Transport transport,
                 ReversePdf reverse = ReversePdf::yes) const;
   /// Picks a lobe by its share of the albedo and samples it; the weight covers all lobes that share wo.
-  /// @param u_lobe, u in [0, 1). Fails (event k_scatter_none) if there are no lobes or the sample is absorbed.
-  BsdfSample sample(const Vec3& wi_world, float u_lobe, const Vec2& u, Transport transport,
+  /// @param u_choice in [0, 1): what the lobe chooses by itself (glass, between its sides)  @param u in [0, 1)²: which
+  /// lobe and where to. Fails (event k_scatter_none) if there are no lobes or the sample is absorbed.
+  BsdfSample sample(const Vec3& wi_world, float u_choice, const Vec2& u, Transport transport,
                     ReversePdf reverse = ReversePdf::yes) const;
 
   /// Value and probabilities of delta lobe number `lobe` (of BsdfSample::lobe, perhaps of the same surface seen from

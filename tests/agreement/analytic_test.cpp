@@ -47,6 +47,20 @@ TEST(Furnace, a_white_diffuse_object_vanishes_in_a_white_world) {
   expect_mean(render(maker.transaction()), 0.7);
 }
 
+TEST(Furnace, an_open_plane_under_a_sun_and_an_even_world_has_no_noise) {
+  // Each does what the other would do worse: scattered rays meet the world, shadow rays go to the sun.
+  SceneMaker maker(8, 8, 1);
+  maker.material("m", diffuse(Color(0.5f))).world(background(Color(0.7f)));
+  maker.mesh("plane", {{-99, -99, -2}, {99, -99, -2}, {99, 99, -2}, {-99, 99, -2}}, {{0, 1, 2}, {0, 2, 3}}, "m");
+  description::Light sun;
+  sun.type = LightType::sun;
+  sun.energy = 3.0f;
+  maker.light("sun", sun, Transform());
+  const Mean result = mean(render(maker.transaction()));
+  EXPECT_NEAR(result.value.x, 0.5 * (0.7 + 3.0 / std::numbers::pi), 1e-5);
+  EXPECT_LT(result.standard_error, 1e-6);
+}
+
 TEST(Furnace, an_object_much_larger_than_its_scattering_radius_reflects_its_colour_whatever_the_scale) {
   // A half space that reflects A of uniform light, by the methods' own fits of A, which are good to a percent or two.
   for (const float scale : {1e-3f, 1.0f, 1e3f})

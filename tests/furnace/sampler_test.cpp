@@ -104,7 +104,8 @@ TEST(Sampler, a_dim_mirror_gets_its_least_share_and_keeps_its_light) {
   int count = 0;
   constexpr int k_samples = 1 << 14;
   for (int i = 0; i < k_samples; ++i) {
-    const BsdfSample sample = bsdf.sample(wi, (i + 0.5f) / k_samples, Vec2(0.5f), Transport::radiance, ReversePdf::no);
+    const BsdfSample sample =
+        bsdf.sample(wi, 0.5f, Vec2((i + 0.5f) / k_samples, 0.5f), Transport::radiance, ReversePdf::no);
     ASSERT_NE(sample.event, k_scatter_none);
     if (sample.event & k_scatter_transparent) continue;
     EXPECT_NEAR(sample.pdf_solid_angle, prob_mirror, 1e-5f);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/path/roulette.h"
 #include "engine/path/shadow_ray.h"
 #include "engine/path/subsurface_walk.h"
 #include "engine/path/surface.h"
@@ -268,8 +269,8 @@ void Kernel<profile>::join(const Here& here, const Sampler& sampler, uint32_t ev
 template <KernelProfile profile>
 void Kernel<profile>::next_event(const Here& here) {
   const LightSet& lights = scene_.lights();
-  const LightSample light = lights.sample(here.hit.p_world, here.receiver_normal, here.numbers.light_selection,
-                                          here.numbers.light_position, even_world(pass_.set));
+  const LightSample light =
+      lights.sample(here.hit.p_world, here.receiver_normal, here.numbers.light, even_world(pass_.set));
   if (!light || !(light.pdf_solid_angle > 0.0f) || bounces_.total > light.traits->max_bounces) return;
   BsdfEval scattered = here.bsdf.eval(here.point.wi_world, light.direction_world, Transport::radiance);
   if (light.traits->hidden_from & k_visible_scattered)
@@ -636,6 +637,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
   ShadingPoint point;
   point.time = camera_ray.time;
   Bsdf bsdf;
+  Roulette roulette;
   for (uint32_t event_index = 0;; ++event_index) {
     Hit geometry_hit;
     ++counts_.rays;
@@ -649,14 +651,16 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
     const SurfaceBinding& binding = scene_.binding(hit.instance, hit.material_slot);
     const Program& program = *binding.program;
     const float distance = distance_before_ + geometry_hit.t;
+    if (roulette.lost && !program.traits().emits) break;
     scene_.fill_shading_point(hit, binding, -ray.direction, geometry_hit.t, cone, path_counts(), point);
 
     BsdfSample scattered;
     float u_roulette = -1.0f;  // none: a path that ends with the next light plays no roulette on its way there
-    if (bounces_.last) {
+    if (bounces_.last || roulette.lost) {
       if (program.traits().emits)
         add_surface_emission(hit, binding, ray.direction, distance, program.emission(point, scene_.textures()));
-      if (!k_transparency || !program.traits().may_be_transparent) break;
+      if (roulette.lost || !k_transparency || !program.traits().may_be_transparent) break;
+      throughput_ /= roulette.survival;
       scattered.weight = program.transparency(point, scene_.textures());
       scattered.wo_world = ray.direction;
       scattered.event = k_scatter_transparent | k_scatter_delta;
@@ -687,6 +691,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
       }
       if (program.traits().emits) add_surface_emission(hit, binding, ray.direction, distance, bsdf.emission());
       if (bsdf.empty()) break;
+      throughput_ /= roulette.survival;
       const EventNumbers numbers(sampler, event_index);
 
       const int i = m_ + 1;
@@ -763,14 +768,10 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
       depended_ = false;
     }
 
-    // Roulette on the throughput, as Cycles does: by its square root, which keeps more of what is dim but still
-    // matters. Weights leave it out.
-    if (event_index > 0 && u_roulette >= 0.0f) {
-      const float survival = std::min(1.0f, std::sqrt(max_component(abs(throughput_))));
-      if (survival < 1.0f) {
-        if (u_roulette >= survival) break;
-        throughput_ /= survival;
-      }
+    roulette = {};
+    if (event_index > 0 && u_roulette >= 0.0f && !only_transparent_) {
+      roulette = Roulette(throughput_, u_roulette);
+      if (roulette.lost && !((pass_.set.emission || only_delta_) && scene_.rays_meet_light())) break;
     }
 
     const float t_max = bounces_.ray_kind & k_ray_camera ? ray.t_max - geometry_hit.t : k_infinity;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/path/roulette.h"
 #include "engine/path/shadow_ray.h"
 #include "engine/path/subsurface_walk.h"
 
@@ -104,8 +105,7 @@ template <KernelProfile profile>
 void Kernel<profile>::next_event(const ShadingPoint& point, const SurfaceHit& hit, const Bsdf& bsdf,
                                  const Vec3& receiver_normal, const EventNumbers& numbers) {
   const LightSet& lights = scene_.lights();
-  const LightSample light =
-      lights.sample(hit.p_world, receiver_normal, numbers.light_selection, numbers.light_position, k_even_world);
+  const LightSample light = lights.sample(hit.p_world, receiver_normal, numbers.light, k_even_world);
   if (!light || !(light.pdf_solid_angle > 0.0f) || bounces_.total > light.traits->max_bounces) return;
   BsdfEval scattered = bsdf.eval(point.wi_world, light.direction_world, Transport::radiance, ReversePdf::no);
   if (light.traits->hidden_from & k_visible_scattered)
@@ -141,6 +141,7 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
   last_.p_world = camera_ray.origin;
   ShadingPoint point;
   Bsdf bsdf;
+  Roulette roulette;
   for (uint32_t event_index = 0;; ++event_index) {
     Hit geometry_hit;
     ++counts_.rays;
@@ -154,14 +155,16 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
     const SurfaceBinding& binding = scene_.binding(hit.instance, hit.material_slot);
     const Program& program = *binding.program;
     const float distance = distance_before_ + geometry_hit.t;
+    if (roulette.lost && !program.traits().emits) break;
     scene_.fill_shading_point(hit, binding, -ray.direction, geometry_hit.t, cone, path_counts(), point);
 
     BsdfSample scattered;
     float u_roulette = -1.0f;  // none: a path that ends with the next light plays no roulette on its way there
-    if (bounces_.last) {
+    if (bounces_.last || roulette.lost) {
       if (program.traits().emits)
         add_surface_emission(hit, binding, ray.direction, distance, program.emission(point, scene_.textures()));
-      if (!k_transparency || !program.traits().may_be_transparent) break;
+      if (roulette.lost || !k_transparency || !program.traits().may_be_transparent) break;
+      throughput_ /= roulette.survival;
       scattered.weight = program.transparency(point, scene_.textures());
       scattered.wo_world = ray.direction;
       scattered.event = k_scatter_transparent | k_scatter_delta;
@@ -183,6 +186,7 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
       if (bounces_.ray_kind & k_ray_camera) bsdf.set_least_share(k_camera_least_share);
       if (program.traits().emits) add_surface_emission(hit, binding, ray.direction, distance, bsdf.emission());
       if (bsdf.empty()) break;
+      throughput_ /= roulette.survival;
       const EventNumbers numbers(sampler_, event_index);
       const Vec3 receiver_normal = light_receiver_normal(bsdf, point.ng_world);
       if (bsdf.has_non_delta() && !scene_.lights().empty(k_even_world))
@@ -223,14 +227,10 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
       distance_before_ = 0.0f;
     }
 
-    // Roulette on the throughput, as Cycles does: by its square root, which keeps more of what is dim but still
-    // matters.
-    if (event_index > 0 && u_roulette >= 0.0f) {
-      const float survival = std::min(1.0f, std::sqrt(max_component(abs(throughput_))));
-      if (survival < 1.0f) {
-        if (u_roulette >= survival) break;
-        throughput_ /= survival;
-      }
+    roulette = {};
+    if (event_index > 0 && u_roulette >= 0.0f && !only_transparent_) {
+      roulette = Roulette(throughput_, u_roulette);
+      if (roulette.lost && !scene_.rays_meet_light()) break;
     }
 
     const float t_max = bounces_.ray_kind & k_ray_camera ? ray.t_max - geometry_hit.t : k_infinity;

@@ -31,8 +31,10 @@ inline bool is_delta(const Lobe& lobe) {
          (is_microfacet(lobe.kind) && lobe.alpha_x * lobe.alpha_y <= k_delta_alpha * k_delta_alpha);
 }
 inline bool is_diffuse(LobeKind kind) { return kind <= LobeKind::translucent; }
-/// The class that passes count a lobe in, for a pair of directions that it transmits or reflects.
+/// The class that passes count a lobe in, for a pair of directions that it transmits or reflects. Velvet scatters as a
+/// diffuse lobe does, but counts as glossy here, as in Cycles.
 inline LobeClass class_of(LobeKind kind, bool transmitted) {
+  if (kind == LobeKind::velvet) return LobeClass::glossy;
   return is_diffuse(kind) ? LobeClass::diffuse : transmitted ? LobeClass::transmission : LobeClass::glossy;
 }
 inline Frame lobe_frame(const Lobe& lobe) {

@@ -141,7 +141,8 @@ struct Object {
   std::string light_group;                                 ///< of what its shaders emit
   std::string asset;                                       ///< its name in the cryptomatte of assets; empty: its own
   bool holdout = false;                                    ///< the camera sees a hole there
-  bool shadow_pass = false;  ///< its shadows are what passes of shadows take away: it casts none there
+  bool shadow_catcher = false;  ///< the camera sees the world there, darkened by the shadows that others throw on it
+  bool shadow_pass = false;     ///< its shadows are what passes of shadows take away: it casts none there
 };
 
 enum class CameraType : uint8_t { perspective, orthographic };

@@ -129,6 +129,7 @@ void visit_object(V& visitor, T& value) {
   visitor.text("light_group", value.light_group);
   visitor.text("asset", value.asset);
   visitor.boolean("holdout", value.holdout);
+  visitor.boolean("shadow_catcher", value.shadow_catcher);
   visitor.boolean("shadow_pass", value.shadow_pass);
 }
 

@@ -113,6 +113,26 @@ void Film::read(const Rectangle& rectangle, const std::vector<bool>& wanted, flo
   }
 }
 
+namespace {
+
+/// Adds to the picture what stands in the place of the catchers.
+template <typename Mean, typename Shadow>
+void add_caught(const ShadowCatcher& catcher, const Mean& mean, const Shadow& shadow, float* picture) {
+  const double cover = mean(static_cast<size_t>(catcher.cover), 0);
+  if (!(cover > 0.0)) return;
+  double shadows[3] = {1.0, 1.0, 1.0};
+  for (int k = 0; k < 3 && catcher.in_picture; ++k) shadows[k] = shadow(catcher, k);
+  if (catcher.behind >= 0) {
+    for (int k = 0; k < 3; ++k)
+      picture[k] += static_cast<float>(mean(static_cast<size_t>(catcher.behind), k) * shadows[k]);
+  } else {
+    const double darkness = 1.0 - (shadows[0] + shadows[1] + shadows[2]) / 3.0;
+    picture[3] += static_cast<float>(cover * std::clamp(darkness, 0.0, 1.0));
+  }
+}
+
+}  // namespace
+
 /// Writes the pixel's floats from `to` on; returns where they end.
 float* Film::read_channels(size_t pixel, const std::vector<bool>& wanted, float* to) const {
   const Storage& s = *storage_;
@@ -134,6 +154,11 @@ float* Film::read_channels(size_t pixel, const std::vector<bool>& wanted, float*
       if (mean(static_cast<size_t>(dividend), component) != 0.0) return k_least_divisor;
     return 0.0;
   };
+  // Where catchers get no light at all there is no shadow either.
+  const auto shadow = [&](const ShadowCatcher& catcher, int component) {
+    const double bare = mean(static_cast<size_t>(catcher.bare), component);
+    return bare != 0.0 ? mean(static_cast<size_t>(catcher.lit), component) / bare : 1.0;
+  };
   for (size_t c = 0; c < settings_.channels.size(); ++c) {
     const FilmChannel& channel = settings_.channels[c];
     const FilmLayout::Place& place = layout_.places[c];
@@ -149,6 +174,16 @@ float* Film::read_channels(size_t pixel, const std::vector<bool>& wanted, float*
           }
           if (channel.minus >= 0) value -= mean(static_cast<size_t>(channel.minus), k);
           to[k] = static_cast<float>(value);
+        }
+        if (channel.catcher) add_caught(*channel.catcher, mean, shadow, to);
+        break;
+      case ChannelRule::caught:
+        for (int k = 0; k < channel.components; ++k) {
+          double share = channel.catcher ? mean(static_cast<size_t>(channel.catcher->cover), 0) : 0.0;
+          // Of what a backdrop shows through the picture's alpha, over which the picture is laid afterwards.
+          if (share > 0.0 && channel.catcher->behind < 0)
+            share = std::min(1.0, share / std::max(1.0 - mean(0, 3), share));
+          to[k] = static_cast<float>(share > 0.0 ? 1.0 + share * (shadow(*channel.catcher, k) - 1.0) : 1.0);
         }
         break;
       case ChannelRule::first:
@@ -356,6 +391,7 @@ void TileWriter::add_channels(size_t pixel, int64_t sample, std::span<const floa
         break;
       }
       case ChannelRule::sample_count:
+      case ChannelRule::caught:
         break;
     }
   }

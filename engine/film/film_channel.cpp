@@ -26,6 +26,7 @@ FilmLayout::FilmLayout(const std::vector<FilmChannel>& channels) {
         sums += channel.components;
         break;
       case ChannelRule::sample_count:
+      case ChannelRule::caught:
         break;
     }
     if (channel.splats) place.plane = planes++;
@@ -34,8 +35,8 @@ FilmLayout::FilmLayout(const std::vector<FilmChannel>& channels) {
       outputs += channel.rule == ChannelRule::ids ? channel.components / 4 : 1;
       output_floats += channel.components;
     }
-    plain =
-        plain && channel.rule == ChannelRule::mean && channel.divided_by < 0 && channel.minus < 0 && !channel.hidden;
+    plain = plain && channel.rule == ChannelRule::mean && channel.divided_by < 0 && channel.minus < 0 &&
+            !channel.catcher && !channel.hidden;
   }
   for (size_t c = 0; c < channels.size(); ++c)
     if (channels[c].divided_by >= 0)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,12 +16,21 @@ enum class ChannelRule : uint8_t {
   ids,           ///< which ids (floats, compared bit by bit) the samples met and with what share: see FilmChannel
   sample_count,  ///< takes nothing of a sample
   error,         ///< standard error of the mean of the picture's R, G, B, splats left out; takes nothing of a sample
+  caught,        ///< what shadow catchers caught (ShadowCatcher), 1 where there are none; takes nothing of a sample
 };
 
 /// Ids that one sample brings at most, each with its weight: what lies behind several transparent surfaces.
 inline constexpr int k_ids_a_sample = 8;
 
 inline constexpr double k_least_divisor = 0x1p-10;
+
+/// Numbers of the mean channels that say what shadow catchers caught. The shadow is lit / bare, a ratio of sums.
+struct ShadowCatcher {
+  int lit = -1, bare = -1;  ///< R, G, B of the catchers, shaded by others and not
+  int cover = -1;           ///< share of the pixel that they take
+  int behind = -1;          ///< R, G, B of the world behind them; -1: the film is transparent
+  bool in_picture = true;   ///< the picture shows the shadow; if not, a channel does and the compositor lays it under
+};
 
 struct FilmChannel {
   std::string name;
@@ -32,7 +42,10 @@ struct FilmChannel {
   /// pixel in which no sample had any of the divisor, that reads as k_least_divisor, so that products give back the
   /// sums.
   int divided_by = -1;
-  int minus = -1;            ///< number of a mean channel with as many components that is subtracted when it is read
+  int minus = -1;  ///< number of a mean channel with as many components that is subtracted when it is read
+  /// What catchers add to the picture when it is read: the world behind them times the shadow or, on a transparent
+  /// film, alpha, as much as the shadow darkens.
+  std::optional<ShadowCatcher> catcher = {};
   bool hidden = false;       ///< summed for others' sake, not read
   std::string letters = {};  ///< Channel::letters
   bool splats = false;       ///< takes splats in its first three components. Where the film takes none: nothing

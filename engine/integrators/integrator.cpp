@@ -55,4 +55,14 @@ double splat_unit(const std::string& name, const Scene& scene, float exposure) {
   return unit > 0.0 && std::isfinite(unit) ? unit : 1.0;
 }
 
+std::array<IntegratorSettings, k_other_pictures> for_other_pictures(const IntegratorSettings& settings) {
+  IntegratorSettings plain = settings;
+  plain.passes = nullptr;
+  plain.others = {};
+  plain.observer = nullptr;
+  IntegratorSettings of_catchers = plain;
+  of_catchers.film_transparent = true;
+  return {plain, of_catchers, of_catchers};
+}
+
 }  // namespace lambent

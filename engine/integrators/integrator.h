@@ -1,6 +1,7 @@
 // What every integrator offers to the session: virtual calls happen once a tile, never per ray.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -8,13 +9,12 @@
 
 #include "engine/base/cancel.h"
 #include "engine/film/film.h"
+#include "engine/integrators/passes.h"
 #include "engine/path/contribution.h"
 #include "engine/sampling/filter.h"
 #include "engine/scene/scene.h"
 
 namespace lambent {
-
-class PassPlan;
 
 /// What was traced; each worker counts its own and they are added up.
 struct RayCounts {
@@ -35,6 +35,7 @@ struct BounceLimits {
 struct PathEstimate {
   Color radiance{0.0f};
   float transparency = 0.0f;  ///< share of the sample that saw the (transparent) film behind the scene
+  Color behind{0.0f};  ///< opaque film: the world that the sample saw through shadow catchers; no part of radiance
 };
 
 struct IntegratorSettings {
@@ -55,12 +56,21 @@ struct IntegratorSettings {
   float clamp_connection = 0.0f;  ///< VPL: largest sum of R, G, B that one connection adds; 0: no clamping
   std::shared_ptr<ContributionObserver> observer;  ///< null: nobody looks
   std::shared_ptr<const PassPlan> passes;          ///< null: the picture alone. The film has its channels
-  /// The scene with objects that cast no shadows (nor reflections...), for passes that ask for it; else null.
-  std::shared_ptr<const Scene> without_shadows;
+  /// The scenes of the other pictures, by OtherPicture; null: no pass asks for it.
+  std::array<std::shared_ptr<const Scene>, k_other_pictures> others;
   int threads = 0;  ///< for work between passes that the session does not hand out; 0: all
   /// The kernel to use; must cover the scene's profile. A test renders with both and compares.
   KernelProfile profile = KernelProfile::solid;
 };
+
+/// A sample as the film takes it.
+inline Vec4 picture_of(const PathEstimate& estimate, float exposure) {
+  const Color radiance = estimate.radiance * exposure;
+  return {radiance.x, radiance.y, radiance.z, 1.0f - estimate.transparency};
+}
+
+/// The settings with which a render's other pictures are made: without passes, those of catchers without the world.
+std::array<IntegratorSettings, k_other_pictures> for_other_pictures(const IntegratorSettings& settings);
 
 /// Renders one scene with one algorithm. render_tile and run_piece are called by several threads at the same time.
 class Integrator {

@@ -68,6 +68,7 @@ constexpr Kind k_kinds[] = {{"depth", PassKind::depth, "Z"},
                             {"without_shadow", PassKind::without_shadow, "RGB"},
                             {"shadow_difference", PassKind::shadow_difference, "RGB", k_light},
                             {"shadow_ratio", PassKind::shadow_ratio, "RGB", k_light},
+                            {"shadow_catcher", PassKind::shadow_catcher, "RGB"},
                             {"error", PassKind::error, "RGB"},
                             {"time", PassKind::time, "X"}};
 
@@ -151,11 +152,12 @@ std::shared_ptr<const PassPlan> PassPlan::create(const std::vector<PassRequest>&
       plan->add(request, kind->kind, std::move(channel), scene, report);
     }
   }
-  if (plan->light_.empty() && plan->data_.empty()) return nullptr;
+  if (plan->light_.empty() && plan->data_.empty() && !scene.has_shadow_catchers()) return nullptr;
   const std::vector<Pass> asked = plan->data_;  // what is divided by may join them
   for (const Pass& pass : plan->light_) plan->divide(pass);
   for (const Pass& pass : asked) plan->divide(pass);
   plan->compare_with_unshadowed();
+  if (scene.has_shadow_catchers()) plan->catch_shadows();
   plan->layout_ = FilmLayout(plan->channels_);
   for (const FilmChannel& channel : plan->channels_) plan->looks_ = plan->looks_ || channel.rule == ChannelRule::first;
   for (const Pass& pass : plan->light_) {
@@ -181,6 +183,8 @@ void PassPlan::add(const PassRequest& request, PassKind kind, FilmChannel channe
     channel.rule = ChannelRule::sample_count;
   } else if (kind == PassKind::error) {
     channel.rule = ChannelRule::error;
+  } else if (kind == PassKind::shadow_catcher) {
+    channel.rule = ChannelRule::caught;
   } else if (kind == PassKind::aov_color || kind == PassKind::aov_value) {
     pass.aov = request.argument;
   } else if (kind == PassKind::light_group) {
@@ -224,19 +228,44 @@ void PassPlan::compare_with_unshadowed() {
   };
   const int ratio = channel_of(light_, PassKind::shadow_ratio);
   const int difference = channel_of(light_, PassKind::shadow_difference);
-  without_channel_ = channel_of(data_, PassKind::without_shadow);
-  if (without_channel_ < 0 && ratio < 0 && difference < 0) return;
-  if (without_channel_ < 0) {
-    without_channel_ = static_cast<int>(channels_.size());
-    data_.push_back({.kind = PassKind::without_shadow, .channel = without_channel_});
+  int& without = other_channels_[static_cast<size_t>(OtherPicture::without_shadows)];
+  without = channel_of(data_, PassKind::without_shadow);
+  if (without < 0 && ratio < 0 && difference < 0) return;
+  if (without < 0) {
+    without = static_cast<int>(channels_.size());
+    data_.push_back({.kind = PassKind::without_shadow, .channel = without});
     channels_.push_back({.name = {}, .components = 3, .hidden = true});
   }
-  channels_[static_cast<size_t>(without_channel_)].splats = true;
+  channels_[static_cast<size_t>(without)].splats = true;
   for (const Pass& pass : light_) {
     FilmChannel& channel = channels_[static_cast<size_t>(pass.channel)];
-    if (pass.kind == PassKind::shadow_ratio) channel.divided_by = without_channel_;
-    if (pass.kind == PassKind::shadow_difference) channel.minus = without_channel_;
+    if (pass.kind == PassKind::shadow_ratio) channel.divided_by = without;
+    if (pass.kind == PassKind::shadow_difference) channel.minus = without;
   }
+}
+
+/// The light of the catchers with and without what shades them, their cover and the world behind: hidden channels, of
+/// which the picture and the pass are made when they are read.
+void PassPlan::catch_shadows() {
+  const auto add_part = [&](PassKind kind, int components, bool splats) {
+    const int channel = static_cast<int>(channels_.size());
+    data_.push_back({.kind = kind, .channel = channel});
+    channels_.push_back({.name = {}, .components = components, .hidden = true, .splats = splats});
+    return channel;
+  };
+  ShadowCatcher parts;
+  parts.lit = add_part(PassKind::catcher_lit, 3, true);
+  parts.bare = add_part(PassKind::catcher_bare, 3, true);
+  parts.cover = add_part(PassKind::catcher_cover, 1, false);
+  if (!settings_.film_transparent) parts.behind = add_part(PassKind::catcher_behind, 3, false);
+  other_channels_[static_cast<size_t>(OtherPicture::catcher_lit)] = parts.lit;
+  other_channels_[static_cast<size_t>(OtherPicture::catcher_bare)] = parts.bare;
+  for (FilmChannel& channel : channels_)
+    if (channel.rule == ChannelRule::caught) {
+      channel.catcher = parts;
+      parts.in_picture = false;  // as in Cycles
+    }
+  channels_.front().catcher = parts;
 }
 
 // --- The camera walk -----------------------------------------------------------------------------------------------
@@ -500,14 +529,18 @@ void PassRecorder::joined(const Color& value, const Bsdf& bsdf, const Vec3& wi_w
   add(value, path);
 }
 
-std::span<const float> PassRecorder::finish(const Vec4& picture) {
+std::span<const float> PassRecorder::finish(const Vec4& picture, const Color& behind) {
   const float all[4] = {picture.x, picture.y, picture.z, picture.w};
   std::copy_n(all, 4, values_.begin());
   for (const PassPlan::Pass& pass : plan_.light_)
     if (is_picture(pass.kind)) std::copy_n(all, pass.kind == PassKind::noisy ? 4 : 3, at(pass));
   for (const PassPlan::Pass& pass : plan_.data_) {
     if (pass.kind == PassKind::mist) *at(pass) = 1.0f - *at(pass);
-    if (pass.kind == PassKind::without_shadow) add_to(pass, without_);
+    if (pass.kind == PassKind::without_shadow) add_to(pass, other(OtherPicture::without_shadows));
+    if (pass.kind == PassKind::catcher_lit) add_to(pass, other(OtherPicture::catcher_lit));
+    if (pass.kind == PassKind::catcher_bare) add_to(pass, other(OtherPicture::catcher_bare));
+    if (pass.kind == PassKind::catcher_cover) *at(pass) = cover_;
+    if (pass.kind == PassKind::catcher_behind) add_to(pass, behind);
     if (pass.kind == PassKind::time)
       *at(pass) = std::chrono::duration<float, std::micro>(std::chrono::steady_clock::now() - start_).count();
   }

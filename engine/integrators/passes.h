@@ -6,6 +6,7 @@
 // for no passes.
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <memory>
@@ -21,6 +22,15 @@
 #include "engine/scene/scene.h"
 
 namespace lambent {
+
+/// Another picture that passes are made of: of a changed scene, by the same random numbers, so that most of the noise
+/// is the same too.
+enum class OtherPicture : uint8_t {
+  without_shadows,  ///< of a scene whose chosen objects cast no shadows (nor reflections...)
+  catcher_lit,      ///< of the shadow catchers alone; what else there is stands before them and shades them, unseen
+  catcher_bare,     ///< ... and does not shade them
+};
+inline constexpr int k_other_pictures = 3;
 
 /// PROTOCOL.md, section "Passes", says what each shows.
 enum class PassKind : uint8_t {
@@ -66,9 +76,15 @@ enum class PassKind : uint8_t {
   without_shadow,
   shadow_difference,
   shadow_ratio,
+  shadow_catcher,
   error,
   time,
-  unshadowed  ///< what `shadow` is divided by; nobody asks for it
+  // Parts of others; nobody asks for them.
+  unshadowed,  ///< what `shadow` is divided by
+  catcher_lit,
+  catcher_bare,
+  catcher_cover,
+  catcher_behind
 };
 
 /// Names that a client may ask for.
@@ -87,6 +103,7 @@ struct PassSettings {
   float alpha_threshold = 0.5f;
   int transparent_bounces = 8;
   float exposure = 1.0f;
+  bool film_transparent = false;
   uint32_t seed = 0;
 };
 
@@ -94,7 +111,7 @@ struct PassSettings {
 class PassPlan {
  public:
   /// Passes that cannot be made (unknown kinds and arguments, names given twice, too many) are reported by name and
-  /// left out. Null if none is left.
+  /// left out. Null if none is left and the picture needs none for itself (shadow catchers do).
   static std::shared_ptr<const PassPlan> create(const std::vector<PassRequest>& requests, const Scene& scene,
                                                 const PassSettings& settings, Report& report);
 
@@ -102,10 +119,10 @@ class PassPlan {
 
   /// For the film: the picture first, then the passes in the order of the requests, hidden ones last.
   const std::vector<FilmChannel>& channels() const { return channels_; }
-  /// Some pass asks for the picture without the shadows of some objects: IntegratorSettings::without_shadows.
-  bool wants_without() const { return without_channel_ >= 0; }
+  /// Some pass, or the picture, is made of it: IntegratorSettings::others.
+  bool wants(OtherPicture picture) const { return other_channel(picture) >= 0; }
   /// Where its splats go.
-  int without_plane() const { return layout_.places[static_cast<size_t>(without_channel_)].plane; }
+  int plane(OtherPicture picture) const { return layout_.places[static_cast<size_t>(other_channel(picture))].plane; }
   /// Some pass asks for the sequence of events.
   bool wants_events() const { return events_; }
 
@@ -122,6 +139,8 @@ class PassPlan {
   void add(const PassRequest& request, PassKind kind, FilmChannel channel, const Scene& scene, Report& report);
   void divide(const Pass& pass);
   void compare_with_unshadowed();
+  void catch_shadows();
+  int other_channel(OtherPicture picture) const { return other_channels_[static_cast<size_t>(picture)]; }
   const FilmLayout::Place& place(const Pass& pass) const { return layout_.places[static_cast<size_t>(pass.channel)]; }
 
   PassSettings settings_;
@@ -129,7 +148,7 @@ class PassPlan {
   std::vector<Pass> light_;  ///< sums what paths bring
   std::vector<Pass> data_;   ///< shows what the camera sees, or how it was sampled
   FilmLayout layout_;
-  int without_channel_ = -1;
+  std::array<int, k_other_pictures> other_channels_{-1, -1, -1};
   bool events_ = false;
   bool classes_ = false;  ///< some pass asks which class of lobes scattered at x_1
   bool looks_ = false;    ///< some channel has rule first
@@ -168,10 +187,15 @@ class PassRecorder {
   /// the events at x_(m+1) ... x_n (what connections join last is the first of them).
   void joined(const Color& value, const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world, Technique technique,
               const EventSequence& light_side, LightSource source, uint16_t group);
-  /// What the sample is without the shadows of the objects that cast none there, exposure included.
-  void add_without(const Color& radiance) { without_ = radiance; }
-  /// The sample's floats, for TileWriter::add. `picture` is the film's first channel.
-  std::span<const float> finish(const Vec4& picture);
+  /// What the sample is in another picture, exposure included. @param cover of catcher_lit: share of the sample that
+  /// the catchers take
+  void add_other(OtherPicture picture, const Color& radiance, float cover) {
+    others_[static_cast<size_t>(picture)] = radiance;
+    if (picture == OtherPicture::catcher_lit) cover_ = cover;
+  }
+  /// The sample's floats, for TileWriter::add. `picture` is the film's first channel, `behind` what of the world it
+  /// would have where shadow catchers are, exposure included.
+  std::span<const float> finish(const Vec4& picture, const Color& behind);
 
   // --- Light walks --------------------------------------------------------------------------------------------------
   /// What a light walk's vertex sends to the lens: calls splat(plane, color) for each pass of light that takes some.
@@ -204,6 +228,7 @@ class PassRecorder {
   float occlusion(const SurfaceHit& hit, const ShadingPoint& point);
   void received(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, Color& shadowed, Color& unshadowed);
   Color transmittance(const Ray& ray) const;
+  const Color& other(OtherPicture picture) const { return others_[static_cast<size_t>(picture)]; }
   float* at(const PassPlan::Pass& pass) { return values_.data() + plan_.place(pass).sample; }
 
   const PassPlan& plan_;
@@ -211,7 +236,8 @@ class PassRecorder {
   std::vector<float> values_;
   uint32_t random_state_ = 0;
   std::chrono::steady_clock::time_point start_;
-  Color without_{0.0f};
+  std::array<Color, k_other_pictures> others_{Color(0.0f), Color(0.0f), Color(0.0f)};
+  float cover_ = 0.0f;  ///< of shadow catchers
   // The camera walk under way.
   int vertices_ = 0;
   ClassShares first_;  ///< at x_1

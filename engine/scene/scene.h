@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -39,8 +40,9 @@ struct InstanceShading {
   uint32_t random_id = 0;
   uint32_t object_index = 0;
   uint32_t object_pass_index = 0;
-  uint16_t light_group = 0;  ///< of what its surfaces emit
-  bool holdout = false;      ///< the camera sees a hole there
+  uint16_t light_group = 0;     ///< of what its surfaces emit
+  bool holdout = false;         ///< the camera sees a hole there
+  bool shadow_catcher = false;  ///< ... through which the world shows if the film is opaque
 };
 static_assert(sizeof(InstanceShading) == 24);
 
@@ -74,6 +76,17 @@ class Scene {
   }
   /// Objects whose light only camera walks find (LightTraits::starts_walks), the world's name among them.
   const std::vector<std::string>& lights_without_walks() const { return lights_without_walks_; }
+  /// Names of objects some of whose materials emit.
+  const std::set<std::string>& emissive_objects() const { return emissive_objects_; }
+  /// The camera may see objects that show nothing but the shadows on them.
+  bool has_shadow_catchers() const { return has_shadow_catchers_; }
+  /// What a ray that leaves the scene along `direction` sees of the world and of suns.
+  Color background_radiance(const Vec3& direction_world, const PathCounts& counts) const {
+    Color radiance(0.0f);
+    lights_->for_each_infinite(direction_world, counts.ray_kind,
+                               [&](const LightHit& hit) { radiance += light_radiance(hit, counts); });
+    return radiance;
+  }
   const ViewSpace& view() const { return view_; }
   const InstanceShading& instance(uint32_t instance) const { return instances_[instance]; }
   /// By object_index; empty unless the settings ask for passes of ids.
@@ -160,6 +173,8 @@ class Scene {
   std::shared_ptr<const TextureSystem> textures_;
   SceneProfile profile_;
   std::vector<std::string> lights_without_walks_;
+  std::set<std::string> emissive_objects_;
+  bool has_shadow_catchers_ = false;
   Vec3d origin_shift_{0.0};
   bool subtracts_light_ = false;
   float pixel_width_m_ = 0.0f, pixel_spread_ = 0.0f;  ///< at the middle of the frame

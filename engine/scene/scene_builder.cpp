@@ -291,7 +291,9 @@ void SceneBuilder::State::add_instances(Build& build) {
       shading.object_index = number;
       shading.object_pass_index = static_cast<uint32_t>(object->pass_index);
       shading.light_group = group;
-      shading.holdout = object->holdout;
+      shading.holdout = object->holdout || object->shadow_catcher;
+      shading.shadow_catcher = object->shadow_catcher && !object->holdout;
+      scene.has_shadow_catchers_ |= shading.shadow_catcher && object->visibility.camera;
     }
   }
 }

@@ -100,6 +100,7 @@ void SceneBuilder::State::add_emissive_meshes(Build& build, LightSetBuilder& set
     for (uint32_t slot = 0; slot < slots; ++slot) any = any || scene.bindings_[first_binding + slot].samples_emission;
     if (!any) continue;
     scene.profile_.emissive_meshes = true;
+    scene.emissive_objects_.insert(object.name);
     std::vector<uint32_t> emissions(slots, 0);
     for (uint32_t slot = 0; slot < slots; ++slot) {
       const ProgramTraits& traits = scene.bindings_[first_binding + slot].program->traits();

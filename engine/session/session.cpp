@@ -1,12 +1,14 @@
 #include "engine/session/session.h"
 
 #include <algorithm>
+#include <array>
 #include <condition_variable>
 #include <exception>
 #include <functional>
 #include <future>
 #include <iterator>
 #include <mutex>
+#include <set>
 #include <thread>
 #include <utility>
 
@@ -70,7 +72,7 @@ IntegratorSettings integrator_settings(const description::Settings& settings, co
 }
 
 std::shared_ptr<const PassPlan> pass_plan(const description::Settings& settings, const Scene& scene, Report& report) {
-  if (settings.passes.empty()) return nullptr;
+  if (settings.passes.empty() && !scene.has_shadow_catchers()) return nullptr;
   std::vector<PassRequest> requests;
   for (const description::Pass& pass : settings.passes) requests.push_back({pass.name, pass.kind, pass.argument});
   PassSettings options;
@@ -83,8 +85,33 @@ std::shared_ptr<const PassPlan> pass_plan(const description::Settings& settings,
   options.alpha_threshold = settings.pass_alpha_threshold;
   options.transparent_bounces = settings.transparent_bounces;
   options.exposure = settings.exposure;
+  options.film_transparent = settings.film_transparent;
   options.seed = settings.seed;
   return PassPlan::create(requests, scene, options, report);
+}
+
+void hide_from_all_but_the_camera(description::Object& object) {
+  const bool camera = object.visibility.camera;
+  object.visibility = {};
+  object.visibility.camera = camera;
+  object.visibility.diffuse = object.visibility.glossy = object.visibility.transmission = false;
+  object.visibility.shadow = object.visibility.volume_scatter = false;
+}
+
+/// The scene in which the camera sees shadow catchers alone: they are surfaces, and all else cuts holes.
+/// @param bare nothing but lights has an effect on them. What emits is a light, and shades them all the same.
+description::SceneDescription shadow_catchers_of(const description::SceneDescription& scene, bool bare,
+                                                 const std::set<std::string>& emissive_objects) {
+  description::SceneDescription result = scene;
+  for (auto& [id, object] : result.objects) {
+    if (object->mesh.empty() || object->holdout) continue;
+    const auto changed = std::make_shared<description::Object>(*object);
+    changed->holdout = !object->shadow_catcher;
+    changed->shadow_catcher = false;
+    if (bare && changed->holdout && !emissive_objects.contains(object->name)) hide_from_all_but_the_camera(*changed);
+    object = changed;
+  }
+  return result;
 }
 
 /// The scene in which what casts the shadows of shadow passes is seen by the camera alone.
@@ -95,11 +122,7 @@ description::SceneDescription without_shadows_of(const description::SceneDescrip
     if (!object->shadow_pass) continue;
     any = true;
     const auto changed = std::make_shared<description::Object>(*object);
-    const bool camera = changed->visibility.camera;
-    changed->visibility = {};
-    changed->visibility.camera = camera;
-    changed->visibility.diffuse = changed->visibility.glossy = changed->visibility.transmission = false;
-    changed->visibility.shadow = changed->visibility.volume_scatter = false;
+    hide_from_all_but_the_camera(*changed);
     object = changed;
   }
   if (!any)
@@ -287,13 +310,20 @@ RenderOutcome Session::State::render(const std::shared_ptr<Run>& run_pointer) {
     passes = pass_plan(settings, ***built, report);
     report_lost_light(settings.integrator, ***built, report);
   }
-  std::shared_ptr<const Scene> without_shadows;
-  if (passes && passes->wants_without()) {
+  std::array<std::shared_ptr<const Scene>, k_other_pictures> others;
+  for (size_t i = 0; i < others.size(); ++i) {
+    const auto picture = static_cast<OtherPicture>(i);
+    if (!passes || !passes->wants(picture)) continue;
     Report again;  // of what has been reported
-    const auto scene_without = build(run_pointer, without_shadows_of(of.scene, report), again);
-    if (!scene_without) return fail({});
-    if (!*scene_without) return fail(scene_without->error());
-    without_shadows = **scene_without;
+    const auto other =
+        build(run_pointer,
+              picture == OtherPicture::without_shadows
+                  ? without_shadows_of(of.scene, report)
+                  : shadow_catchers_of(of.scene, picture == OtherPicture::catcher_bare, (**built)->emissive_objects()),
+              again);
+    if (!other) return fail({});
+    if (!*other) return fail(other->error());
+    others[i] = **other;
   }
   if (events.report && !of.cancel.cancelled()) events.report(of.epoch, report);
   if (!built) return fail({});
@@ -305,7 +335,7 @@ RenderOutcome Session::State::render(const std::shared_ptr<Run>& run_pointer) {
   IntegratorSettings integrator_options = integrator_settings(settings, **scene);
   integrator_options.observer = of.observer;
   integrator_options.passes = passes;
-  integrator_options.without_shadows = without_shadows;
+  integrator_options.others = others;
   Result<std::unique_ptr<Integrator>> integrator = make_integrator(settings.integrator, *scene, integrator_options);
   if (!integrator) return fail(integrator.error());
   if (!checkpoint_to_load.empty()) {

@@ -102,6 +102,21 @@ def test_masks_of_objects_and_collections_travel(run_blender, what, holdout, cam
     assert "not supported" not in run.output
 
 
+def test_shadow_catchers_travel_and_their_pass_is_asked_for(run_blender):
+    run = run_blender(
+        COLLECTIONS
+        + """
+bpy.data.objects['inside'].is_shadow_catcher = True
+scene.render.film_transparent = True
+(layer.cycles if hasattr(layer, 'cycles') else layer.lambent).use_pass_shadow_catcher = True
+render()
+"""
+    )
+    objects = run.values("object")
+    assert objects["inside"]["shadow_catcher"] and "shadow_catcher" not in objects["outside"]
+    assert "not supported" not in run.output
+
+
 def test_the_choice_of_objects_for_shadow_passes_travels(run_blender):
     run = run_blender(
         COLLECTIONS

@@ -127,7 +127,8 @@ SceneMaker lit_corridor(Graph floor = diffuse(Color(0.7f, 0.6f, 0.5f)), Graph wa
   return maker;
 }
 
-/// A world brighter towards one side and with a hard edge: its importance map matters.
+}  // namespace
+
 Graph uneven_world() {
   GraphMaker graph;
   const int coordinates = graph.add("TexCoord", {});
@@ -142,8 +143,6 @@ Graph uneven_world() {
   graph.add("Background", {{"Color", Link{colour, "Vector"}}, {"Strength", 1.0f}});
   return graph.surface("Background");
 }
-
-}  // namespace
 
 std::vector<IntegratorCase> light_cases() {
   std::vector<IntegratorCase> cases;

@@ -17,6 +17,9 @@ struct IntegratorCase {
   std::vector<std::string> integrators;
 };
 
+/// A world brighter towards one side and with a hard edge: its importance map matters.
+description::Graph uneven_world();
+
 std::vector<IntegratorCase> light_cases();
 std::vector<IntegratorCase> camera_cases();
 std::vector<IntegratorCase> lobe_cases();

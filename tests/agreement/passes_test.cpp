@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <limits>
 #include <map>
+#include <numbers>
 
 #include "tests/agreement/integrator_scenes.h"
 #include "tests/common/welch.h"
@@ -291,6 +292,87 @@ TEST(ShadowPasses, say_so_where_no_object_is_chosen) {
   EXPECT_EQ(values.at("without_shadow"), values.at("combined"));
   ASSERT_EQ(report.messages().size(), 1u);
   EXPECT_NE(report.messages()[0].text.find("no object"), std::string::npos);
+}
+
+/// A wide floor that catches shadows, seen from above; a sun shines straight down, and a black card above the camera
+/// takes half of its light.
+SceneMaker caught(const std::string& integrator, bool film_transparent, bool sun_and_card = true) {
+  SceneMaker maker(16, 16, 16);
+  maker.settings.integrator = integrator;
+  maker.settings.film_transparent = film_transparent;
+  maker.material("gray", diffuse(Color(0.5f))).material("black", diffuse(Color(0.0f)));
+  maker.mesh("floor", {{-99, -99, -2}, {99, -99, -2}, {99, 99, -2}, {-99, 99, -2}}, {{0, 1, 2}, {0, 2, 3}}, "gray");
+  maker.object("floor").shadow_catcher = true;
+  if (!sun_and_card) return maker;
+  maker.mesh("card", {{-99, -99, 1}, {0, -99, 1}, {0, 99, 1}, {-99, 99, 1}}, {{0, 1, 2}, {0, 2, 3}}, "black");
+  description::Light sun;
+  sun.type = description::LightType::sun;
+  sun.energy = 2.0f;
+  maker.light("sun", sun, Transform());
+  return maker;
+}
+
+TEST(ShadowCatcher, is_alpha_where_the_light_does_not_come_and_a_factor_for_a_backdrop) {
+  for (const char* integrator : {"PT", "BPT", "VCM"})
+    for (const bool pass : {false, true}) {
+      SceneMaker maker = caught(integrator, true);
+      if (pass) maker.settings.passes = {{"catcher", "shadow_catcher", ""}};
+      const Picture picture = render(maker.transaction());
+      const Values values = values_of(picture);
+      for (int y = 0; y < 16; ++y)
+        for (int x = 0; x < 16; ++x) {
+          if (x == 7 || x == 8) continue;  // the edge of the shadow
+          const size_t i = static_cast<size_t>(16 * y + x);
+          const double shadow = x < 8 ? 0.0 : 1.0;
+          SCOPED_TRACE(fmt::format("{} {}, {}", integrator, x, y));
+          const Vec4& pixel = picture.pixels[i];
+          ASSERT_EQ(Vec3(pixel.x, pixel.y, pixel.z), Vec3(0.0f));
+          ASSERT_NEAR(pixel.w, pass ? 0.0 : 1.0 - shadow, 1e-6);
+          if (!pass) continue;
+          for (int k = 0; k < 3; ++k) ASSERT_NEAR(values.at("catcher")[3 * i + static_cast<size_t>(k)], shadow, 1e-6);
+        }
+    }
+}
+
+TEST(ShadowCatcher, darkens_the_world_behind_it_on_an_opaque_film) {
+  for (const char* integrator : {"PT", "BPT"}) {
+    SceneMaker maker = caught(integrator, false);
+    const Color radiance(0.4f, 0.2f, 0.1f);
+    maker.world(background(radiance));
+    maker.settings.samples = 1024;
+    const Picture picture = render(maker.transaction());
+    // The default lens sees 0.72 of the floor on either side.
+    for (const int x : {1, 14}) {
+      const double from_edge = 0.72 * ((x + 0.5) / 8.0 - 1.0);
+      const double seen = 0.5 * (1.0 + from_edge / std::hypot(from_edge, 3.0));  // of the sky, past a half plane
+      const double sun = x < 8 ? 0.0 : 2.0;
+      double sum[3] = {0, 0, 0};
+      for (int y = 4; y < 12; ++y)
+        for (int k = 0; k < 3; ++k)
+          sum[k] += static_cast<double>(picture.pixels[static_cast<size_t>(16 * y + x)][k]) / 8;
+      for (int k = 0; k < 3; ++k) {
+        const double sky = std::numbers::pi * static_cast<double>(radiance[k]);
+        const double expected = static_cast<double>(radiance[k]) * (sky * seen + sun) / (sky + 2.0);
+        EXPECT_NEAR(sum[k], expected, 0.02 * expected) << integrator << " " << x;
+      }
+    }
+  }
+}
+
+TEST(ShadowCatcher, lights_that_are_meshes_still_light_it) {
+  SceneMaker maker = caught("PT", true, false);
+  maker.material("light", emission(Color(1.0f), 20.0f));
+  maker.mesh("panel", {{2, -1, 0.5f}, {2, 1, 0.5f}, {4, 1, 0.5f}, {4, -1, 0.5f}}, {{0, 1, 2}, {0, 2, 3}}, "light");
+  const Picture picture = render(maker.transaction());
+  for (const Vec4& pixel : picture.pixels) ASSERT_NEAR(pixel.w, 0.0, 1e-6);
+}
+
+TEST(ShadowCatcher, pass_is_white_and_free_where_there_is_none) {
+  SceneMaker maker = caught("PT", true);
+  maker.object("floor").shadow_catcher = false;
+  maker.settings.passes = {{"catcher", "shadow_catcher", ""}};
+  const Values values = values_of(render(maker.transaction()));
+  for (const double value : values.at("catcher")) ASSERT_EQ(value, 1.0);
 }
 
 TEST(PassesOfARender, that_cannot_be_made_are_named_and_left_out) {

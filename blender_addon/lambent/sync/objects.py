@@ -222,6 +222,8 @@ class ObjectExporter:
             value["asset"] = asset.name
         if parent.original.holdout_get(view_layer=self._view_layer):
             value["holdout"] = True
+        if owner.is_shadow_catcher or parent.is_shadow_catcher:
+            value["shadow_catcher"] = True
         if parent.original.lambent.shadow_pass:
             value["shadow_pass"] = True
         mattes = self._edits.mattes
@@ -230,8 +232,6 @@ class ObjectExporter:
 
     def _report_unsupported(self, owner):
         edits, name = self._edits, owner.name_full
-        if owner.is_shadow_catcher:
-            edits.unsupported(name, f"{name}: shadow catchers are not supported; it is rendered as an ordinary object")
         linking = getattr(owner, "light_linking", None)
         if linking is not None and (linking.receiver_collection or linking.blocker_collection):
             edits.unsupported(name, f"{name}: light linking is not supported; it takes part in all lighting")

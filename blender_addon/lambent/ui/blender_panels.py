@@ -204,6 +204,9 @@ class LAMBENT_OBJECT_PT_ray_visibility(LambentPanel, bpy.types.Panel):
         column = self.split_layout().column()
         for name in ("camera", "diffuse", "glossy", "transmission", "volume_scatter", "shadow"):
             column.prop(context.object, f"visible_{name}")
+        column = self.layout.column(heading="Mask")
+        column.prop(context.object, "is_shadow_catcher")
+        column.prop(context.object, "is_holdout")
 
 
 _CLASSES = (

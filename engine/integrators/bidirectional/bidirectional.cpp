@@ -49,20 +49,22 @@ template <KernelProfile profile>
 class Bidirectional final : public Integrator {
  public:
   Bidirectional(std::shared_ptr<const Scene> scene, const IntegratorSettings& settings, const TechniqueSet& set)
-      : scene_(std::move(scene)), settings_(with_usable_merging(settings)) {
+      : scene_(std::move(scene)),
+        settings_(with_usable_merging(settings)),
+        other_settings_(for_other_pictures(settings_)) {
     pass_.set = set;
     if (!(settings.merge_radius_px > 0.0f) && set.light_tracing) pass_.set.merging = false;
     pass_.counts.max_light_vertices = std::clamp(settings.bounces.total, 0, k_most_light_vertices - 1) + 1;
     pass_.clamp_connection = settings.clamp_connection;
     if (pass_.set.merging) typical_footprint_m_ = typical_footprint(*scene_);
-    without_pass_.set = k_techniques_bpt;
-    without_pass_.counts.max_light_vertices = pass_.counts.max_light_vertices;
+    other_pass_.set = k_techniques_bpt;
+    other_pass_.counts.max_light_vertices = pass_.counts.max_light_vertices;
   }
 
   void prepare(Film& film) override {
     pass_.counts.light_paths = static_cast<float>(film.region().width) * static_cast<float>(film.region().height);
-    without_pass_.counts.light_paths = pass_.counts.light_paths;
-    if (!film.takes_splats()) without_pass_.set.light_tracing = false;
+    other_pass_.counts.light_paths = pass_.counts.light_paths;
+    if (!film.takes_splats()) other_pass_.set.light_tracing = false;
     if (!pass_.set.merging) return;
     tiles_ = std::vector<Tile>(static_cast<size_t>(film.tiles().count()));
     for (Tile& tile : tiles_) tile.batch.keep_events = settings_.passes && settings_.passes->wants_events();
@@ -140,16 +142,21 @@ class Bidirectional final : public Integrator {
           }
           PassRecorder* const passes = kernel.passes();
           if (passes) passes->begin(x, y, static_cast<uint32_t>(sample));
-          const Vec4 picture = camera_sample(kernel, *scene_, sampler, x, y);
-          if (passes && loan.without) {
+          const PathEstimate estimate = camera_sample(kernel, *scene_, sampler, x, y);
+          const Vec4 picture = picture_of(estimate, settings_.exposure);
+          bool any_other = false;
+          for (size_t i = 0; passes && i < loan.others.size(); ++i) {
+            if (!loan.others[i]) continue;
+            any_other = true;
             // By connections alone, which find the same light: photons would need a map of their own.
-            loan.without->light_sample(sampler, nullptr, /*silent=*/false);
-            const Vec4 without = camera_sample(*loan.without, *settings_.without_shadows, sampler, x, y);
-            passes->add_without({without.x, without.y, without.z});
-            if (!has_light_walks()) ++paths;
+            loan.others[i]->light_sample(sampler, nullptr, /*silent=*/false);
+            const PathEstimate other = camera_sample(*loan.others[i], *settings_.others[i], sampler, x, y);
+            passes->add_other(static_cast<OtherPicture>(i), other.radiance * settings_.exposure,
+                              1.0f - other.transparency);
           }
+          if (any_other && !has_light_walks()) ++paths;
           if (passes)
-            writer.add(x, y, passes->finish(picture));
+            writer.add(x, y, passes->finish(picture, estimate.behind * settings_.exposure));
           else
             writer.add(x, y, picture);
         }
@@ -157,7 +164,8 @@ class Bidirectional final : public Integrator {
     if (kept) kept->complete_sample = whole && one_each ? target_samples - 1 : k_none;
     if (film.takes_splats()) film.add_light_paths(paths);
     RayCounts counts = kernel.take_counts();
-    if (loan.without) counts += loan.without->take_counts();
+    for (const auto& other : loan.others)
+      if (other) counts += other->take_counts();
     return counts;
   }
 
@@ -175,20 +183,22 @@ class Bidirectional final : public Integrator {
       };
       kernel = borrow(owner.kernels_,
                       [&] { return std::make_unique<Kernel>(*owner.scene_, owner.settings_, owner.pass_, film); });
-      if (owner.settings_.without_shadows)
-        without = borrow(owner.without_kernels_, [&] {
-          return std::make_unique<Kernel>(*owner.settings_.without_shadows, owner.settings_, owner.without_pass_, film,
-                                          owner.settings_.passes->without_plane());
-        });
+      for (size_t i = 0; i < others.size(); ++i)
+        if (owner.settings_.others[i])
+          others[i] = borrow(owner.other_kernels_[i], [&] {
+            return std::make_unique<Kernel>(*owner.settings_.others[i], owner.other_settings_[i], owner.other_pass_,
+                                            film, owner.settings_.passes->plane(static_cast<OtherPicture>(i)));
+          });
     }
     ~KernelLoan() {
       const std::lock_guard lock(owner.kernels_mutex_);
       owner.kernels_.push_back(std::move(kernel));
-      if (without) owner.without_kernels_.push_back(std::move(without));
+      for (size_t i = 0; i < others.size(); ++i)
+        if (others[i]) owner.other_kernels_[i].push_back(std::move(others[i]));
     }
     Bidirectional& owner;
     std::unique_ptr<Kernel> kernel;
-    std::unique_ptr<Kernel> without;  ///< for the scene without shadows, if there is one
+    std::array<std::unique_ptr<Kernel>, k_other_pictures> others;  ///< those there are
   };
 
   static constexpr int64_t k_none = -2;  // -1 is the sample whose photons the first pass merges with
@@ -206,13 +216,11 @@ class Bidirectional final : public Integrator {
 
   bool has_light_walks() const { return pass_.set.connections || pass_.set.light_tracing || pass_.set.merging; }
 
-  Vec4 camera_sample(Kernel& kernel, const Scene& scene, const Sampler& sampler, int x, int y) const {
+  PathEstimate camera_sample(Kernel& kernel, const Scene& scene, const Sampler& sampler, int x, int y) const {
     const Vec2 offset = settings_.filter.sample(sampler.get_2d(k_dimension_pixel_filter));
     const Vec2 raster(static_cast<float>(x) + 0.5f + offset.x, static_cast<float>(y) + 0.5f + offset.y);
     const Vec2 lens = scene.profile().depth_of_field ? sampler.get_2d(k_dimension_lens) : Vec2(0.0f);
-    const PathEstimate estimate = kernel.camera_sample(sampler, scene.camera().sample_ray(raster, lens), x, y);
-    const Color radiance = estimate.radiance * settings_.exposure;
-    return {radiance.x, radiance.y, radiance.z, 1.0f - estimate.transparency};
+    return kernel.camera_sample(sampler, scene.camera().sample_ray(raster, lens), x, y);
   }
 
   /// A pixel's light walks leave photons if its hash is below the share that keeps their number bounded.
@@ -260,10 +268,12 @@ class Bidirectional final : public Integrator {
 
   const std::shared_ptr<const Scene> scene_;
   const IntegratorSettings settings_;
+  const std::array<IntegratorSettings, k_other_pictures> other_settings_;
   bidirectional::Pass pass_;
-  bidirectional::Pass without_pass_;  ///< for the scene without shadows
+  bidirectional::Pass other_pass_;  ///< for the other pictures
   std::mutex kernels_mutex_;
-  std::vector<std::unique_ptr<Kernel>> kernels_, without_kernels_;  ///< that no thread uses
+  std::vector<std::unique_ptr<Kernel>> kernels_;  ///< that no thread uses
+  std::array<std::vector<std::unique_ptr<Kernel>>, k_other_pictures> other_kernels_;
   std::vector<Tile> tiles_;
   std::vector<int> missing_;
   PhotonMap photons_;

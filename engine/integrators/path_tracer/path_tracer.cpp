@@ -13,7 +13,7 @@ template <KernelProfile profile>
 class PathTracer final : public Integrator {
  public:
   PathTracer(std::shared_ptr<const Scene> scene, const IntegratorSettings& settings)
-      : scene_(std::move(scene)), settings_(settings) {}
+      : scene_(std::move(scene)), settings_(settings), other_settings_(for_other_pictures(settings)) {}
 
   RayCounts render_tile(Film& film, int tile, int64_t target_samples, const CancelFlag& cancel) override {
     RayCounts counts;
@@ -28,9 +28,11 @@ class PathTracer final : public Integrator {
         if (adaptive && !film.active(x, y)) continue;
         for (int64_t sample = film.sample_count(x, y); sample < target_samples; ++sample) {
           if (passes) passes->begin(x, y, static_cast<uint32_t>(sample));
-          const Vec4 picture = render_sample(x, y, static_cast<uint32_t>(sample), counts, passes ? &*passes : nullptr);
+          const PathEstimate estimate =
+              render_sample(x, y, static_cast<uint32_t>(sample), counts, passes ? &*passes : nullptr);
+          const Vec4 picture = picture_of(estimate, settings_.exposure);
           if (passes)
-            writer.add(x, y, passes->finish(picture));
+            writer.add(x, y, passes->finish(picture, estimate.behind * settings_.exposure));
           else
             writer.add(x, y, picture);
         }
@@ -39,7 +41,7 @@ class PathTracer final : public Integrator {
   }
 
  private:
-  Vec4 render_sample(int x, int y, uint32_t sample, RayCounts& counts, PassRecorder* passes) const {
+  PathEstimate render_sample(int x, int y, uint32_t sample, RayCounts& counts, PassRecorder* passes) const {
     RenderContext& context = render_context();
     context.pixel_x = x;
     context.pixel_y = y;
@@ -51,17 +53,19 @@ class PathTracer final : public Integrator {
     const CameraRay ray = scene_->camera().sample_ray(raster, lens);
     path_tracer::Kernel<profile> kernel(*scene_, settings_, sampler, counts, passes);
     const PathEstimate estimate = kernel.run(ray);
-    if (passes && settings_.without_shadows) {
-      // The same numbers, so that most of the noise is the same too.
-      path_tracer::Kernel<profile> without(*settings_.without_shadows, settings_, sampler, counts, nullptr);
-      passes->add_without(without.run(ray).radiance * settings_.exposure);
+    for (size_t i = 0; passes && i < settings_.others.size(); ++i) {
+      if (!settings_.others[i]) continue;
+      path_tracer::Kernel<profile> other(*settings_.others[i], other_settings_[i], sampler, counts, nullptr);
+      const PathEstimate of_other = other.run(ray);
+      passes->add_other(static_cast<OtherPicture>(i), of_other.radiance * settings_.exposure,
+                        1.0f - of_other.transparency);
     }
-    const Color radiance = estimate.radiance * settings_.exposure;
-    return {radiance.x, radiance.y, radiance.z, 1.0f - estimate.transparency};
+    return estimate;
   }
 
   const std::shared_ptr<const Scene> scene_;
   const IntegratorSettings settings_;
+  const std::array<IntegratorSettings, k_other_pictures> other_settings_;
 };
 
 }  // namespace

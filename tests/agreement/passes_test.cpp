@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <span>
 
 #include "tests/agreement/integrator_scenes.h"
 #include "tests/common/welch.h"
@@ -312,24 +313,28 @@ SceneMaker caught(const std::string& integrator, bool film_transparent, bool sun
   return maker;
 }
 
+/// The floats of a pixel: the picture's four first.
+std::span<const float> pixel_of(const Picture& picture, int x, int y) {
+  const size_t floats = picture.pixels.size() / static_cast<size_t>(picture.width * picture.height);
+  return std::span(picture.pixels).subspan(static_cast<size_t>(picture.width * y + x) * floats, floats);
+}
+
 TEST(ShadowCatcher, is_alpha_where_the_light_does_not_come_and_a_factor_for_a_backdrop) {
   for (const char* integrator : {"PT", "BPT", "VCM"})
     for (const bool pass : {false, true}) {
       SceneMaker maker = caught(integrator, true);
       if (pass) maker.settings.passes = {{"catcher", "shadow_catcher", ""}};
       const Picture picture = render(maker.transaction());
-      const Values values = values_of(picture);
       for (int y = 0; y < 16; ++y)
         for (int x = 0; x < 16; ++x) {
           if (x == 7 || x == 8) continue;  // the edge of the shadow
-          const size_t i = static_cast<size_t>(16 * y + x);
           const double shadow = x < 8 ? 0.0 : 1.0;
           SCOPED_TRACE(fmt::format("{} {}, {}", integrator, x, y));
-          const Vec4& pixel = picture.pixels[i];
-          ASSERT_EQ(Vec3(pixel.x, pixel.y, pixel.z), Vec3(0.0f));
-          ASSERT_NEAR(pixel.w, pass ? 0.0 : 1.0 - shadow, 1e-6);
-          if (!pass) continue;
-          for (int k = 0; k < 3; ++k) ASSERT_NEAR(values.at("catcher")[3 * i + static_cast<size_t>(k)], shadow, 1e-6);
+          const std::span<const float> pixel = pixel_of(picture, x, y);
+          ASSERT_EQ(Vec3(pixel[0], pixel[1], pixel[2]), Vec3(0.0f));
+          ASSERT_NEAR(pixel[3], pass ? 0.0 : 1.0 - shadow, 1e-6);
+          ASSERT_EQ(pixel.size(), pass ? 7u : 4u);
+          for (const float value : pixel.subspan(4)) ASSERT_NEAR(value, shadow, 1e-6);
         }
     }
 }
@@ -348,8 +353,7 @@ TEST(ShadowCatcher, darkens_the_world_behind_it_on_an_opaque_film) {
       const double sun = x < 8 ? 0.0 : 2.0;
       double sum[3] = {0, 0, 0};
       for (int y = 4; y < 12; ++y)
-        for (int k = 0; k < 3; ++k)
-          sum[k] += static_cast<double>(picture.pixels[static_cast<size_t>(16 * y + x)][k]) / 8;
+        for (int k = 0; k < 3; ++k) sum[k] += static_cast<double>(pixel_of(picture, x, y)[static_cast<size_t>(k)]) / 8;
       for (int k = 0; k < 3; ++k) {
         const double sky = std::numbers::pi * static_cast<double>(radiance[k]);
         const double expected = static_cast<double>(radiance[k]) * (sky * seen + sun) / (sky + 2.0);
@@ -364,7 +368,8 @@ TEST(ShadowCatcher, lights_that_are_meshes_still_light_it) {
   maker.material("light", emission(Color(1.0f), 20.0f));
   maker.mesh("panel", {{2, -1, 0.5f}, {2, 1, 0.5f}, {4, 1, 0.5f}, {4, -1, 0.5f}}, {{0, 1, 2}, {0, 2, 3}}, "light");
   const Picture picture = render(maker.transaction());
-  for (const Vec4& pixel : picture.pixels) ASSERT_NEAR(pixel.w, 0.0, 1e-6);
+  for (int y = 0; y < 16; ++y)
+    for (int x = 0; x < 16; ++x) ASSERT_NEAR(pixel_of(picture, x, y)[3], 0.0, 1e-6);
 }
 
 TEST(ShadowCatcher, pass_is_white_and_free_where_there_is_none) {

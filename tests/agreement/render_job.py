@@ -156,7 +156,8 @@ def prepare(scene, job):
         rebalance(scene, job["balance"])
     assign(scene.cycles, k_cycles)
     if scene.world:
-        scene.world.light_settings.use_ambient_occlusion = False
+        if hasattr(scene.world.light_settings, "use_ambient_occlusion"):  # before Blender 5
+            scene.world.light_settings.use_ambient_occlusion = False
     for thing in bpy.data.objects:
         assign(thing.cycles, {"shadow_terminator_offset": 0.0, "shadow_terminator_geometry_offset": 0.0})
         assign(thing, {"shadow_terminator_shading_offset": 0.0, "shadow_terminator_geometry_offset": 0.0})

@@ -7,6 +7,7 @@ import pathlib
 import shutil
 import sys
 
+import numpy as np
 import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
@@ -38,7 +39,7 @@ k_other_meaning = {
     "Material Index": "the same",
     "Object Index": "the same",
 }
-k_missing = {"Vector", "Shadow Catcher"}
+k_missing = {"Vector"}
 # Clearcoat in the sky's light is up to 4% brighter than in Cycles 3.4, which samples GGX normals there but counts with the
 # density of GTR1 ones: what it samples by the coat, the diffuse part included, comes out too dark.
 k_clearcoat = {"Combined": 1.05, "Combined_sky": 1.05, "Diffuse Direct": 1.05}
@@ -61,3 +62,38 @@ def test_no_tile_of_any_pass_of_the_same_meaning_differs_from_cycles_by_over_one
     for _layer, name, _ratio, _differ, _beyond, worst in rows:
         if name in k_clearcoat and worst != "none":
             assert 1 / k_clearcoat[name] < float(worst.split()[-1]) < k_clearcoat[name], table
+
+
+@pytest.mark.parametrize("shown_by", ["pass", "alpha", "world"])
+def test_shadow_catchers_catch_what_those_of_cycles_do(tmp_path, shown_by):
+    """By the pass; without it, by the picture's alpha; on an opaque film, by the world that they show."""
+    scene = blender_runs.own_scene("shadow_catcher", tmp_path)
+    change = (
+        "import bpy; scene = bpy.context.scene; scene.render.film_transparent = {}; "
+        "bpy.context.view_layer.cycles.use_pass_shadow_catcher = {}; "
+        "scene.world.node_tree.nodes['Background'].inputs['Color'].default_value = (0.6, 0.6, 0.6, 1); bpy.ops.wm.save_mainfile()"
+    ).format(shown_by != "world", shown_by == "pass")
+    blender_runs.run_blender(["-b", str(scene), "--python-expr", change], dict(os.environ))
+    found = []
+    for first, engine in ((1, "CYCLES"), (1001, "LAMBENT")):
+        pictures, _, run = blender_runs.render_layers(scene, engine, range(first, first + 6), 32, 96, tmp_path / engine)
+        assert "not supported" not in run.log
+        found.append(pictures)
+    alpha = found[0]["ViewLayer"]["Combined"][..., 3]
+    assert ("Shadow Catcher" in found[0]["ViewLayer"]) == (shown_by == "pass")
+    if shown_by == "alpha":
+        assert ((alpha > 0.05) & (alpha < 0.95)).mean() > 0.05, "the shadows are in the picture"
+    if shown_by == "world":
+        # Cycles darkens the world by the shadow's mean over the colours, where Lambent shows its colour too. Where a thing
+        # covers a part of a pixel, Cycles has the world's share of it squared: a dark fringe.
+        change = change.replace("film_transparent = False", "film_transparent = True")
+        blender_runs.run_blender(["-b", str(scene), "--python-expr", change], dict(os.environ))
+        pictures, _, _ = blender_runs.render_layers(scene, "LAMBENT", [1], 32, 96, tmp_path / "things")
+        # Without the pass a shadow is alpha too: things are what has colour, and the pixels around it.
+        dark = np.pad((pictures["ViewLayer"]["Combined"][0, ..., :3] == 0).all(axis=-1), 1, constant_values=True)
+        clear = np.logical_and.reduce([dark[y : y + dark.shape[0] - 2, x : x + dark.shape[1] - 2] for y in range(3) for x in range(3)])
+        assert clear.mean() > 0.5
+        for one in found:
+            one["ViewLayer"]["Combined"] = (one["ViewLayer"]["Combined"][..., :3].mean(axis=-1) * clear)[..., None]
+    rows, bad = compare_passes.compare(*found, 12)
+    assert rows and not bad, "\n".join(" | ".join(row) for row in rows)

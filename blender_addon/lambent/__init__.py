@@ -30,11 +30,32 @@ def _forget_file(*_):
     report.clear()
 
 
+_engine_watch = object()
+
+
+@persistent
+def _expect_render(*_):
+    """A file was opened: if it renders with Lambent, the daemon starts now; else when Lambent is chosen."""
+    bpy.msgbus.clear_by_owner(_engine_watch)
+    bpy.msgbus.subscribe_rna(
+        key=(bpy.types.RenderSettings, "engine"), owner=_engine_watch, args=(), notify=_expect_render_if_chosen
+    )
+    _expect_render_if_chosen()
+
+
+def _expect_render_if_chosen():
+    scene = getattr(bpy.context, "scene", None)  # there is none while add-ons are registered
+    if scene is not None and scene.render.engine == engine.LambentRenderEngine.bl_idname:
+        session.expect_render()
+
+
 def register():
     """Blender calls this when the add-on is enabled."""
     ui.register()
     engine.register()
     bpy.app.handlers.load_pre.append(_forget_file)
+    bpy.app.handlers.load_post.append(_expect_render)
+    _expect_render()
     atexit.register(session.close_all)
 
 
@@ -42,6 +63,8 @@ def unregister():
     """Blender calls this when the add-on is disabled."""
     atexit.unregister(session.close_all)
     bpy.app.handlers.load_pre.remove(_forget_file)
+    bpy.app.handlers.load_post.remove(_expect_render)
+    bpy.msgbus.clear_by_owner(_engine_watch)
     viewport.close_all()
     engine.unregister()
     ui.unregister()

@@ -315,6 +315,39 @@ def test_a_configured_daemon_is_used_over_tcp_with_its_token(run_blender, tmp_pa
         server.wait(5)
 
 
+def test_the_daemon_starts_when_a_file_that_renders_with_lambent_is_opened(run_blender, tmp_path):
+    run = run_blender(
+        f"""
+from lambent.render import session
+bpy.ops.wm.save_as_mainfile(filepath={str(tmp_path / "ours.blend")!r})
+scene.render.engine = 'BLENDER_WORKBENCH'
+bpy.ops.wm.save_as_mainfile(filepath={str(tmp_path / "other.blend")!r})
+session.close_all()
+bpy.ops.wm.open_mainfile(filepath={str(tmp_path / "other.blend")!r})
+print('AFTER OTHER', session._owned_daemon)
+bpy.ops.wm.open_mainfile(filepath={str(tmp_path / "ours.blend")!r})
+print('RUNNING', session._owned_daemon.running)
+first = session._owned_daemon
+print(bpy.ops.render.render())
+print('THE SAME', session._owned_daemon is first)
+"""
+    )
+    assert "AFTER OTHER None" in run.output and "RUNNING True" in run.output and "THE SAME True" in run.output, run.output
+    assert "{'FINISHED'}" in run.output
+
+
+def test_opening_a_file_says_nothing_of_a_daemon_that_is_not_there(run_blender, tmp_path):
+    run = run_blender(
+        f"""
+bpy.ops.wm.save_as_mainfile(filepath={str(tmp_path / "ours.blend")!r})
+bpy.ops.wm.open_mainfile(filepath={str(tmp_path / "ours.blend")!r})
+print('OPENED')
+""",
+        daemon="/nowhere",
+    )
+    assert "OPENED" in run.output and "nowhere" not in run.output
+
+
 def test_the_owned_daemon_is_gone_after_blender(run_blender):
     run = run_blender("quad()\nrender()\nfrom lambent.render import session\nprint('PID', session._owned_daemon.pid)\n")
     pid = int(run.output.split("PID ")[1].split()[0])

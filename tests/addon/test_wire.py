@@ -125,6 +125,7 @@ def daemon(monkeypatch, tmp_path):
     monkeypatch.setenv("LAMBENT_FAKE_RECORD", str(record))
     monkeypatch.setenv("LAMBENT_FAKE_MODE_FILE", str(tmp_path / "mode"))
     process = daemon_process.DaemonProcess(FAKE_DAEMON)
+    process.wait_until_ready()
     yield process
     process.stop()
 
@@ -139,6 +140,7 @@ def slow_daemon(folder, seconds, then):
 
 def test_a_daemon_that_takes_longer_than_fifteen_seconds_to_start_is_waited_for(tmp_path):
     process = daemon_process.DaemonProcess(slow_daemon(tmp_path, 16, FAKE_DAEMON))
+    process.wait_until_ready()
     client = Client(process.address, process.token, "test")
     client.close()
     process.stop()
@@ -150,14 +152,14 @@ def test_a_daemon_that_never_listens_is_ended_and_named(tmp_path, monkeypatch):
         monkeypatch.setenv("XDG_RUNTIME_DIR", runtime)
         program = slow_daemon(tmp_path, 0, "sleep 60 #")
         with pytest.raises(daemon_process.DaemonUnavailable, match="slow_daemon.* was not ready after 1 s, and was ended"):
-            daemon_process.DaemonProcess(program)
+            daemon_process.DaemonProcess(program).wait_until_ready()
         assert os.listdir(runtime) == []
 
 
 def test_a_daemon_that_dies_while_it_starts_is_not_waited_for(tmp_path):
     started = time.monotonic()
     with pytest.raises(daemon_process.DaemonUnavailable, match="ended with code 3; its log ends: no such thing"):
-        daemon_process.DaemonProcess(slow_daemon(tmp_path, 0.5, "sh -c 'echo no such thing >&2; exit 3' #"))
+        daemon_process.DaemonProcess(slow_daemon(tmp_path, 0.5, "sh -c 'echo no such thing >&2; exit 3' #")).wait_until_ready()
     assert time.monotonic() - started < daemon_process.START_SECONDS / 4
 
 

@@ -136,6 +136,35 @@ def _connect():
     return session
 
 
+def expect_render():
+    """Starts our own daemon, if renders will need it, and does not wait for it: it is ready by the time something renders.
+
+    Where it cannot be started nothing is said: the render will say it.
+    """
+    global _owned_daemon
+    with _lock:
+        if _configured_address() or (_owned_daemon is not None and _owned_daemon.running):
+            return
+        try:
+            _end_daemon()
+            _owned_daemon = _start_daemon()
+        except daemon_process.DaemonUnavailable:
+            pass
+
+
+def _configured_address():
+    """The address that is configured, or "": then a daemon of our own is used."""
+    chosen = preferences()
+    return os.environ.get("LAMBENT_ADDRESS") or (chosen.address if chosen else "")
+
+
+def _start_daemon():
+    chosen = preferences()
+    bundled = os.path.join(os.path.dirname(os.path.dirname(__file__)), "bin")
+    program = daemon_process.find_program(bpy.path.abspath(chosen.daemon_path) if chosen else "", bundled)
+    return daemon_process.DaemonProcess(program, chosen.threads if chosen else 0)
+
+
 def _end_daemon():
     """Ends our own daemon, if there is one, by force if need be; the next session starts another."""
     global _owned_daemon, _owned_daemon_answered
@@ -148,7 +177,7 @@ def _daemon():
     """(address, token, whether it shares our file system) of the daemon to use, started if need be."""
     global _owned_daemon
     chosen = preferences()
-    address = os.environ.get("LAMBENT_ADDRESS") or (chosen.address if chosen else "")
+    address = _configured_address()
     if address:
         token_file = os.environ.get("LAMBENT_TOKEN_FILE") or (chosen.token_file if chosen else "")
         token = daemon_process.read_token(bpy.path.abspath(token_file) or daemon_process.default_token_file())
@@ -160,7 +189,10 @@ def _daemon():
     if _owned_daemon is not None and not _owned_daemon.running:
         _end_daemon()
     if _owned_daemon is None:
-        bundled = os.path.join(os.path.dirname(os.path.dirname(__file__)), "bin")
-        program = daemon_process.find_program(bpy.path.abspath(chosen.daemon_path) if chosen else "", bundled)
-        _owned_daemon = daemon_process.DaemonProcess(program, chosen.threads if chosen else 0)
+        _owned_daemon = _start_daemon()
+    try:
+        _owned_daemon.wait_until_ready()
+    except daemon_process.DaemonUnavailable:
+        _owned_daemon = None
+        raise
     return _owned_daemon.address, _owned_daemon.token, True

@@ -63,13 +63,14 @@ def read_token(path):
 
 
 class DaemonProcess:
-    """A lambentd of our own, ready for connections at address with token.
+    """A lambentd of our own, for connections at address with token once wait_until_ready() has returned.
 
     Its socket, token and log lie in a directory that only this user can read and that stop() removes.
     """
 
     def __init__(self, program, threads=0):
-        """Starts program and waits until it listens. threads: 0 for all. Raises DaemonUnavailable."""
+        """Starts program and does not wait until it listens. threads: 0 for all. Raises DaemonUnavailable."""
+        self._program = program
         runtime = os.environ.get("XDG_RUNTIME_DIR")
         # Socket paths hold about 100 bytes, so the directory must be near the root.
         parent = runtime if runtime and os.access(runtime, os.W_OK) and len(runtime) < 60 else "/tmp"
@@ -96,7 +97,6 @@ class DaemonProcess:
             raise DaemonUnavailable(f"the Lambent daemon '{program}' cannot be started: {error}") from None
         self._ready = threading.Event()
         threading.Thread(target=self._watch_output, name="lambent-daemon-output", daemon=True).start()
-        self._wait_until_ready(program)
 
     @property
     def pid(self):
@@ -128,7 +128,10 @@ class DaemonProcess:
                 self._process.wait()
         shutil.rmtree(self._directory, ignore_errors=True)
 
-    def _wait_until_ready(self, program):
+    def wait_until_ready(self):
+        """Returns once the daemon listens, at once if it does. Raises DaemonUnavailable, and the process is gone, if it ended or
+        takes too long."""
+        program = self._program
         deadline = time.monotonic() + START_SECONDS
         while not self._ready.wait(0.02):
             if not self.running:

@@ -29,6 +29,19 @@ void set_gloss(Lobe& lobe, GlossModel model, float alpha) {
   lobe.energy_compensation = model == GlossModel::multiscatter_ggx;
 }
 
+// @param compensated Cycles from 4.3 on
+void add_rough_diffuse(LobeTemplates& templates, const Color& weight, const Color& albedo, float roughness,
+                       bool compensated) {
+  if (roughness < (compensated ? k_cutoff : 1e-30f)) {
+    templates.add(LobeKind::diffuse, weight);
+    return;
+  }
+  Lobe& lobe = templates.add(LobeKind::oren_nayar, weight);
+  lobe.param = clamp01(roughness);
+  lobe.energy_compensation = compensated;
+  if (compensated) lobe.f0 = clamp_color(albedo, 1.0f);
+}
+
 // Glossy's anisotropy in (−1, 1).
 void set_anisotropy(LobeTemplates& templates, float anisotropy, float rotation) {
   const float a = std::clamp(anisotropy, -0.99f, 0.99f);
@@ -263,9 +276,7 @@ void make_principled_2(const Principled2& p, GlossModel model, bool backfacing, 
     weight *= 1.0f - share;
   }
   if (max_component(weight) > k_cutoff) {
-    Lobe& lobe = templates.add(p.diffuse_roughness < k_cutoff ? LobeKind::diffuse : LobeKind::oren_nayar,
-                               clamp_color(p.base, 1e30f) * weight);
-    lobe.param = clamp01(p.diffuse_roughness);
+    add_rough_diffuse(templates, clamp_color(p.base, 1e30f) * weight, p.base, p.diffuse_roughness, true);
   }
 }
 
@@ -301,15 +312,15 @@ int closure_parameter_count(ClosureKind kind) {
     case ClosureKind::emission:
     case ClosureKind::holdout:
       return 3;
-    case ClosureKind::diffuse:
     case ClosureKind::velvet:
     case ClosureKind::sheen:
       return 4;
-    case ClosureKind::glass:
+    case ClosureKind::diffuse:
     case ClosureKind::refraction:
     case ClosureKind::toon:
     case ClosureKind::glossy_toon:
       return 5;
+    case ClosureKind::glass:
     case ClosureKind::glossy:
     case ClosureKind::hair_reflection:
     case ClosureKind::hair_transmission:
@@ -338,8 +349,7 @@ void make_lobes(ClosureKind kind, GlossModel model, const float* raw, bool backf
   const Color color(p[0], p[1], p[2]);
   switch (kind) {
     case ClosureKind::diffuse:
-      templates.add(p[k_roughness] == 0.0f ? LobeKind::diffuse : LobeKind::oren_nayar, color).param =
-          clamp01(p[k_roughness]);
+      add_rough_diffuse(templates, color, color, p[k_roughness], p[4] >= 2.0f);
       break;
     case ClosureKind::glossy: {
       Lobe& lobe = templates.add(LobeKind::reflection, color);
@@ -350,7 +360,7 @@ void make_lobes(ClosureKind kind, GlossModel model, const float* raw, bool backf
     }
     case ClosureKind::glass: {
       const float eta = seen_eta(p[k_ior], backfacing);
-      if (model == GlossModel::multiscatter_ggx) {
+      if (model == GlossModel::multiscatter_ggx || p[k_generation] >= 2.0f) {
         Lobe& lobe = templates.add(LobeKind::glass, color);
         lobe.eta = eta;
         set_gloss(lobe, model, sqr(p[k_roughness]));

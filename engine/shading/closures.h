@@ -39,6 +39,7 @@ namespace closure_parameter {
 inline constexpr int k_color = 0;       // all simple closures; emission: times strength
 inline constexpr int k_roughness = 3;   // diffuse, glossy, glass, refraction, velvet (sigma), sheen
 inline constexpr int k_ior = 4;         // glass, refraction
+inline constexpr int k_generation = 5;  // glass; diffuse has it at 4: 1 as Cycles before 4.0 (diffuse: 4.3), 2 as later
 inline constexpr int k_size = 3;        // toon
 inline constexpr int k_smooth = 4;      // toon
 inline constexpr int k_around = 4;      // hair: roughness around; along is k_roughness

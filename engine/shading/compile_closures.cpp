@@ -137,6 +137,7 @@ void principled_2(Compiler& compiler, int node, const Value& weight) {
     compiler.warn_unsupported(node, "thin walls are rendered as solid");
   ClosureUse use{};
   use.kind = ClosureKind::principled_2;
+  use.raw_diffuse_normal = true;
   use.model = gloss_model(compiler, node, "MULTI_GGX");
   Normals normals;
   normals.add(compiler, node, use, "Normal");
@@ -165,11 +166,15 @@ void principled(Compiler& compiler, int node, const Value& weight) {
   (newer ? principled_2 : principled_1)(compiler, node, weight);
 }
 
+// Whose rules a node follows: 1 Cycles before 4.0, 2 later. Clients set the property where it matters.
+int generation(Compiler& compiler, int node) { return compiler.property(node, "generation", 1.0f) >= 2.0f ? 2 : 1; }
+
 void simple(Compiler& compiler, int node, const Value& weight, ClosureKind kind, const Parameters& parameters,
             GlossModel model = GlossModel::ggx) {
   ClosureUse use{};
   use.kind = kind;
   use.model = model;
+  use.raw_diffuse_normal = generation(compiler, node) == 2;
   Normals normals;
   if (kind != ClosureKind::transparent) normals.add(compiler, node, use, "Normal");
   compiler.add_closure(use, weight, normals.values, parameters.values());
@@ -263,7 +268,11 @@ const std::map<std::string, ClosureNode>& closure_nodes() {
       {"BsdfPrincipled", principled},
       {"BsdfDiffuse",
        [](Compiler& c, int n, const Value& w) {
-         simple(c, n, w, ClosureKind::diffuse, Parameters(c, n).color("Color", Color(0.8f)).number("Roughness", 0.0f));
+         simple(c, n, w, ClosureKind::diffuse,
+                Parameters(c, n)
+                    .color("Color", Color(0.8f))
+                    .number("Roughness", 0.0f)
+                    .constant(c.property(n, "energy_compensation", 0.0f) + 1.0f));
        }},
       {"BsdfGlossy", glossy},
       {"BsdfAnisotropic", glossy},
@@ -271,7 +280,11 @@ const std::map<std::string, ClosureNode>& closure_nodes() {
       {"BsdfGlass",
        [](Compiler& c, int n, const Value& w) {
          simple(c, n, w, ClosureKind::glass,
-                Parameters(c, n).color("Color", Color(1.0f)).number("Roughness", 0.0f).number("IOR", 1.45f),
+                Parameters(c, n)
+                    .color("Color", Color(1.0f))
+                    .number("Roughness", 0.0f)
+                    .number("IOR", 1.45f)
+                    .constant(static_cast<float>(generation(c, n))),
                 gloss_model(c, n, "GGX"));
        }},
       {"BsdfRefraction",
@@ -294,7 +307,9 @@ const std::map<std::string, ClosureNode>& closure_nodes() {
        }},
       {"BsdfSheen",
        [](Compiler& c, int n, const Value& w) {
-         simple(c, n, w, ClosureKind::sheen, Parameters(c, n).color("Color", Color(0.8f)).number("Roughness", 0.5f));
+         const bool velvet = c.text(n, "distribution", "MICROFIBER") == "ASHIKHMIN";
+         simple(c, n, w, velvet ? ClosureKind::velvet : ClosureKind::sheen,
+                Parameters(c, n).color("Color", Color(0.8f)).number("Roughness", 0.5f));
        }},
       {"SubsurfaceScattering", subsurface},
       {"BsdfToon", toon},

@@ -492,7 +492,9 @@ TypedValue vector_transform(Compiler& c, int n, S, int shift) {
   const int to = c.choice(n, "convert_to", {"OBJECT", "WORLD", "CAMERA"});
   constexpr int k_spaces[] = {1, 0, 2};
   const int kind = c.choice(n, "vector_type", {"VECTOR", "POINT", "NORMAL"});
-  return vector_of(c.expressions().operation(Op::vector_transform, from + 3 * k_spaces[to] + 9 * kind, {v}, 3));
+  // Normals: Cycles before 5.0 takes them for directions.
+  const int rule = kind == 2 && c.property(n, "generation", 1.0f) >= 2.0f ? 3 : kind;
+  return vector_of(c.expressions().operation(Op::vector_transform, from + 3 * k_spaces[to] + 9 * rule, {v}, 3));
 }
 
 TypedValue normal_node(Compiler& c, int n, S socket, int shift) {
@@ -530,9 +532,9 @@ TypedValue bump(Compiler& c, int n, S, int) {
   const Value h = c.number(n, "Height", 1, 0), hx = c.number(n, "Height", 1, 1), hy = c.number(n, "Height", 1, 2);
   if (h == hx && h == hy) return vector_of(normal);
   c.program().traits.needs_differentials = true;
-  return vector_of(
-      c.expressions().operation(Op::bump, c.flag(n, "invert", false),
-                                {normal, c.number(n, "Strength", 1, 0), c.number(n, "Distance", 1, 0), h, hx, hy}, 3));
+  return vector_of(c.expressions().operation(
+      Op::bump, (c.flag(n, "invert", false) ? 1 : 0) | (c.property(n, "generation", 1.0f) >= 2.0f ? 2 : 0),
+      {normal, c.number(n, "Strength", 1, 0), c.number(n, "Distance", 1, 0), h, hx, hy}, 3));
 }
 
 // Op::vector_transform's variant for vectors from object to world space and back.

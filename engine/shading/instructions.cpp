@@ -151,6 +151,15 @@ Vec3 from_world(const ShadingPoint& point, Space space, bool is_point, const Vec
 Vec3 vector_transform(int variant, const ShadingPoint& point, const Vec3& v) {
   const auto from = static_cast<Space>(variant % 3), to = static_cast<Space>(variant / 3 % 3);
   const int kind = variant / 9;
+  if (kind == 3) {  // normals, as such
+    if (from == to) return v;
+    const Vec3 world = from == Space::object   ? world_normal(point, v)
+                       : from == Space::camera ? normalize(to_world(point, from, false, v))
+                                               : v;
+    return to == Space::object   ? object_normal(point, world)
+           : to == Space::camera ? normalize(from_world(point, to, false, world))
+                                 : world;
+  }
   const Vec3 result = from_world(point, to, kind == 1, to_world(point, from, kind == 1, v));
   return kind == 2 ? normalize(result) : result;
 }
@@ -228,7 +237,8 @@ Vec3 normal_map(NormalSpace space, const ShadingPoint& point, const Arguments& a
   return length_squared(n) > 0.0f ? n : ns;
 }
 
-Vec3 bump(bool invert, const ShadingPoint& point, const Arguments& a) {
+// @param bent as Cycles before 4.0: towards what can mirror the view
+Vec3 bump(bool invert, bool bent, const ShadingPoint& point, const Arguments& a) {
   // Mikkelsen 2010, "Bump Mapping Unparametrized Surfaces on the GPU", with heights one footprint apart
   const Vec3 n = a.v(0);
   const float strength = std::max(a.f(1), 0.0f), distance = invert ? -a.f(2) : a.f(2);
@@ -244,7 +254,7 @@ Vec3 bump(bool invert, const ShadingPoint& point, const Arguments& a) {
   if (length_squared(bumped) == 0.0f) return n;
   bumped = normalize(bumped * strength + n * (1.0f - strength));
   if (length_squared(bumped) == 0.0f) return n;
-  return valid_reflection_normal(point.ng_world, point.wi_world, bumped);
+  return bent ? valid_reflection_normal(point.ng_world, point.wi_world, bumped) : bumped;
 }
 
 Vec3 default_tangent(const ShadingPoint& point, const float* generated) {
@@ -534,7 +544,7 @@ void run_instruction(const ProgramData& program, const Instruction& instruction,
       store(out, normal_map(static_cast<NormalSpace>(variant), point, a));
       break;
     case Op::bump:
-      store(out, bump(variant != 0, point, a));
+      store(out, bump(variant & 1, !(variant & 2), point, a));
       break;
     case Op::normal_dot:
       *out = dot(normalize(a.v(0)), normalize(a.v(1)));

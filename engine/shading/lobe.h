@@ -18,8 +18,8 @@
 namespace lambent {
 
 enum class LobeKind : uint8_t {
-  diffuse,             ///< Lambert
-  oren_nayar,          ///< Oren–Nayar as Cycles: `param` is sigma in [0, 1]
+  diffuse,     ///< Lambert
+  oren_nayar,  ///< Oren–Nayar as Cycles: `param` is sigma in [0, 1]; with energy_compensation f0 is its albedo
   principled_diffuse,  ///< Burley 2012 retro-reflective diffuse (Cycles before 4.0): `param` is roughness
   principled_sheen,    ///< Burley 2012 sheen (Cycles before 4.0)
   velvet,              ///< Ashikhmin & Premoze 2007 (Cycles before 4.0): `param` is sigma in [0.01, 1]
@@ -76,7 +76,8 @@ struct Lobe {
   /// does for glass. Subsurface: its exit has the principled diffuse lobe's factor of the light
   /// (Cycles 3.4 leaves that of the view out).
   bool macro_fresnel = false;
-  bool energy_compensation = false;  ///< restores what single scattering loses (multiscatter GGX), tinted by f0
+  bool energy_compensation =
+      false;  ///< restores what single scattering loses (multiscatter GGX, Oren–Nayar), tinted by f0
   SubsurfaceMethod subsurface = SubsurfaceMethod::fixed_radius;
   bool diffuse_after_diffuse = false;  ///< subsurface: paths that met a diffuse surface before see a diffuse lobe
 };

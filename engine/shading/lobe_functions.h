@@ -37,6 +37,24 @@ inline LobeClass class_of(LobeKind kind, bool transmitted) {
   if (kind == LobeKind::velvet) return LobeClass::glossy;
   return is_diffuse(kind) ? LobeClass::diffuse : transmitted ? LobeClass::transmission : LobeClass::glossy;
 }
+/// Directional albedo of the qualitative Oren–Nayar model of Fujii (mimosa-pudica.net/improved-oren-nayar.html, whose G
+/// is an integral in closed form) with scale and sigma as eval_lobe has them.
+inline float oren_nayar_albedo(float sigma, float scale, float cosine) {
+  const float c = std::clamp(cosine, 1e-4f, 1.0f), s = std::sqrt(1.0f - c * c);
+  const float g = s * (std::acos(c) - 2.0f / 3.0f - s * c) + 2.0f / 3.0f * (s / c) * (1.0f - s * s * s);
+  return scale * (k_pi + sigma * g);
+}
+
+/// What single scattering loses comes back by further scattering, as in OpenPBR (and Cycles since 4.3): a reciprocal
+/// lobe with which a white surface returns all light.
+inline Color oren_nayar_multiple(const Color& albedo, float sigma, float scale, float cos_view, float cos_light) {
+  const float mean = scale * (k_pi + sigma * (2.0f * k_pi - 5.6f) / 3.0f);
+  const float lost =
+      (1.0f - oren_nayar_albedo(sigma, scale, cos_view)) * (1.0f - oren_nayar_albedo(sigma, scale, cos_light));
+  const Color a(std::clamp(albedo.x, 0.0f, 1.0f), std::clamp(albedo.y, 0.0f, 1.0f), std::clamp(albedo.z, 0.0f, 1.0f));
+  return a * a * (k_inv_pi * lost * mean / (1.0f - mean)) / (Color(1.0f) - a * (1.0f - mean));
+}
+
 inline Frame lobe_frame(const Lobe& lobe) {
   return length_squared(lobe.tangent) > 0.0f ? Frame::from_normal_and_tangent(lobe.n, lobe.tangent)
                                              : Frame::from_normal(lobe.n);
@@ -250,7 +268,9 @@ inline LobeValue eval_lobe(const Lobe& lobe, const Vec3& wi, const Vec3& wo, boo
       float t = dot(wi, wo) - wi.z * wo.z;
       if (t > 0.0f) t /= std::max(wi.z, wo.z);
       f = std::max(0.0f, scale * (1.0f + sigma * t));
-      break;
+      if (!lobe.energy_compensation) break;
+      value.f_cos = (Color(f) + oren_nayar_multiple(lobe.f0, sigma, scale, wi.z, wo.z)) * light.z;
+      return value;
     }
     case LobeKind::principled_diffuse: {
       // Burley 2015, eq. 3 and 4: Lambert with entry and exit Fresnel, plus the retro-reflective lobe

@@ -1,5 +1,6 @@
 #include "engine/shading/program.h"
 
+#include "engine/shading/lobe_functions.h"
 #include "engine/shading/node_math.h"
 #include "engine/shading/program_data.h"
 
@@ -48,6 +49,13 @@ void add_closure(const ProgramData& program, const Instruction& instruction, con
   n = use.has_normal ? checked_normal(point, vector_at(program, registers, *operand++), point.ns_world) : sink.normal();
   coat_normal = use.has_coat_normal ? checked_normal(point, vector_at(program, registers, *operand++), point.ns_world)
                                     : sink.normal();
+  Vec3 diffuse_normal = n;
+  if (use.raw_diffuse_normal) {
+    const Vec3 raw =
+        use.has_normal ? vector_at(program, registers, program.operands[instruction.operands + 1]) : point.ns_world;
+    // One that looks away stays bent: a lobe is on the side of the view.
+    if (is_finite(raw) && dot(raw, point.wi_world) > 0.0f) diffuse_normal = normalize(raw);
+  }
   if (use.has_tangent) tangent = vector_at(program, registers, *operand++);
 
   const auto add = [&](const LobeTemplates& templates, bool sanitized) {
@@ -57,7 +65,7 @@ void add_closure(const ProgramData& program, const Instruction& instruction, con
       const LobeTemplates::Entry& entry = templates.entries[i];
       Lobe lobe = entry.lobe;
       lobe.weight *= weight;
-      lobe.n = entry.coat ? coat_normal : n;
+      lobe.n = entry.coat ? coat_normal : is_diffuse(lobe.kind) ? diffuse_normal : n;
       if (entry.anisotropic)
         lobe.tangent = entry.rotation != 0.0f ? rotate_around_axis(tangent, n, entry.rotation * 2.0f * k_pi) : tangent;
       sink.bsdf.add_sanitized(sanitized ? lobe : Bsdf::sanitized(lobe));

@@ -230,6 +230,8 @@ struct ClosureUse {
   ClosureKind kind;
   GlossModel model = GlossModel::ggx;
   bool has_normal = false, has_coat_normal = false, has_tangent = false;
+  bool raw_diffuse_normal =
+      false;  ///< only lobes that mirror have their normals bent towards the view (Cycles from 4.0)
   /// Operands: weight, then normal, coat normal, tangent as present, then one per parameter (floats).
   bool constant = false;  ///< parameters are: `front` and `back` are ready
   LobeTemplates front, back;

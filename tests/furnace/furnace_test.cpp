@@ -97,6 +97,24 @@ TEST(Furnace, lossless_lobes_return_everything) {
   }
 }
 
+TEST(Furnace, compensated_rough_diffuse_is_white_and_otherwise_between_its_albedo_and_that_of_single_scattering) {
+  for (const float sigma : {0.01f, 0.3f, 1.0f})
+    for (const float angle : {0.0f, 0.6f, 1.2f, 1.5f}) {
+      Lobe lobe = make_lobe(LobeKind::oren_nayar);
+      lobe.param = sigma;
+      lobe.energy_compensation = true;
+      const Vec3 wi = direction(angle, 0.4f);
+      const Estimate white = albedo({lobe}, wi);
+      EXPECT_NEAR(white.mean.x, 1.0f, 4.5f * white.error + 2e-3f) << sigma << " " << angle;
+      lobe.f0 = lobe.weight = Color(0.5f);
+      const Estimate grey = albedo({lobe}, wi);
+      lobe.energy_compensation = false;
+      const Estimate single = albedo({lobe}, wi);
+      EXPECT_LT(grey.mean.x, 0.5f + 4.5f * grey.error) << sigma << " " << angle;
+      EXPECT_GT(grey.mean.x, single.mean.x - 4.5f * (grey.error + single.error)) << sigma << " " << angle;
+    }
+}
+
 TEST(Furnace, multiscatter_reflection_is_white_within_the_table) {
   for (const float alpha : {0.1f, 0.3f, 0.6f, 1.0f})
     for (const float angle : {0.0f, 0.5f, 1.0f, 1.4f}) {

@@ -42,6 +42,10 @@ inline std::vector<LobeCase> lobe_cases(float alpha) {
     lobe.param = std::sqrt(alpha);
     add(name, lobe);
   }
+  Lobe compensated = make_lobe(LobeKind::oren_nayar);
+  compensated.param = std::sqrt(alpha);
+  compensated.energy_compensation = true;
+  add("oren_nayar compensated", compensated);
   add("sheen", make_lobe(LobeKind::sheen, alpha, alpha));
   for (const auto& [name, kind] : {std::pair{"toon", LobeKind::toon}, {"glossy_toon", LobeKind::glossy_toon}}) {
     Lobe lobe = make_lobe(kind, alpha, alpha);

@@ -23,6 +23,13 @@ LONG_PASS_NAMES = bpy.app.version >= (5, 0, 0)
 # The Voronoi Texture hashes its cells as whole numbers since 5.0, so that its patterns are others.
 VORONOI_HASHES_CELLS = bpy.app.version >= (5, 0, 0)
 
+# Glass scatters at its facets, and only what mirrors has its normals bent towards the view.
+CLOSURES_OF_CYCLES_4 = bpy.app.version >= (4, 0, 0)
+# Rough diffuse surfaces return what single scattering loses.
+ROUGH_DIFFUSE_COMPENSATES = bpy.app.version >= (4, 3, 0)
+# Vector Transform takes normals for normals, not for directions.
+TRANSFORMS_NORMALS = bpy.app.version >= (5, 0, 0)
+
 
 def _layer_panel(name):
     """Blender's class that draws a panel of a view layer, called otherwise in later versions."""

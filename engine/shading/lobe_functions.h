@@ -49,6 +49,7 @@ inline float oren_nayar_albedo(float sigma, float scale, float cosine) {
 /// lobe with which a white surface returns all light.
 inline Color oren_nayar_multiple(const Color& albedo, float sigma, float scale, float cos_view, float cos_light) {
   const float mean = scale * (k_pi + sigma * (2.0f * k_pi - 5.6f) / 3.0f);
+  if (!(mean < 1.0f - 1e-6f)) return Color(0.0f);  // a smooth surface loses nothing
   const float lost =
       (1.0f - oren_nayar_albedo(sigma, scale, cos_view)) * (1.0f - oren_nayar_albedo(sigma, scale, cos_light));
   const Color a(std::clamp(albedo.x, 0.0f, 1.0f), std::clamp(albedo.y, 0.0f, 1.0f), std::clamp(albedo.z, 0.0f, 1.0f));

@@ -42,10 +42,6 @@ inline std::vector<LobeCase> lobe_cases(float alpha) {
     lobe.param = std::sqrt(alpha);
     add(name, lobe);
   }
-  Lobe compensated = make_lobe(LobeKind::oren_nayar);
-  compensated.param = std::sqrt(alpha);
-  compensated.energy_compensation = true;
-  add("oren_nayar compensated", compensated);
   add("sheen", make_lobe(LobeKind::sheen, alpha, alpha));
   for (const auto& [name, kind] : {std::pair{"toon", LobeKind::toon}, {"glossy_toon", LobeKind::glossy_toon}}) {
     Lobe lobe = make_lobe(kind, alpha, alpha);
@@ -97,6 +93,10 @@ inline std::vector<LobeCase> lobe_cases(float alpha) {
   Lobe compensated = make_lobe(LobeKind::reflection, alpha, alpha);
   compensated.energy_compensation = true;
   add("ggx reflection, multiscatter", compensated, false);
+  Lobe whole_diffuse = make_lobe(LobeKind::oren_nayar);
+  whole_diffuse.param = std::sqrt(alpha);
+  whole_diffuse.energy_compensation = true;
+  add("oren_nayar compensated", whole_diffuse);
   return cases;
 }
 

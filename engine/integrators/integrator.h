@@ -63,6 +63,15 @@ struct IntegratorSettings {
   KernelProfile profile = KernelProfile::solid;
 };
 
+/// The camera sees a hole where the object stands: the film or, through a shadow catcher, the world.
+inline void see_hole(PathEstimate& estimate, const Scene& scene, const InstanceShading& object, bool film_transparent,
+                     const Color& throughput, const Vec3& direction_world, const PathCounts& counts) {
+  if (film_transparent)
+    estimate.transparency += average(throughput);
+  else if (object.shadow_catcher)
+    estimate.behind += throughput * scene.background_radiance(direction_world, counts);
+}
+
 /// A sample as the film takes it.
 inline Vec4 picture_of(const PathEstimate& estimate, float exposure) {
   const Color radiance = estimate.radiance * exposure;

@@ -40,7 +40,7 @@ const LightTraits& LightSet::traits(LightIndex light) const {
 
 float LightSet::infinite_importance(size_t i, const Vec3& n, EvenWorld even_world) const {
   const LightIndex light = infinite_sampled_[i];
-  if (light == environment_ && has_even_world_ && even_world == EvenWorld::left_to_scattering) return 0.0f;
+  if (light == environment_ && leaves_world(even_world)) return 0.0f;
   if (light >= first_triangle_ || length_squared(n) == 0.0f) return infinite_irradiance_[i];
   return infinite_irradiance_[i] * lamps_[light].largest_cos(n);
 }
@@ -65,7 +65,7 @@ LightSet::Groups LightSet::weigh_groups(const Vec3& p, const Vec3& n, EvenWorld 
   };
   if (!tree_.empty()) {
     // Alone, its estimate does not matter; beside others it does.
-    groups.tree = infinite_sampled_.empty() ? 1.0f : std::min(tree_.importance(p, n), k_largest_importance);
+    groups.tree = infinite_count(even_world) == 0 ? 1.0f : std::min(tree_.importance(p, n), k_largest_importance);
     add(groups.tree);
   }
   for (size_t i = 0; i < infinite_sampled_.size(); ++i) add(infinite_importance(i, n, even_world));
@@ -99,7 +99,8 @@ LightSet::Selection LightSet::select(const Vec3& p, const Vec3& n, ReusedNumber&
 float LightSet::prob_selection(const Vec3& p, const Vec3& n, LightIndex light, EvenWorld even_world) const {
   if (light == k_no_light || light > environment_) return 0.0f;
   const bool infinite = light == environment_ || (light < first_triangle_ && lamps_[light].is_infinite());
-  if (!infinite && infinite_sampled_.empty()) return tree_.prob(p, n, emitter_of_light(light));
+  if (light == environment_ && leaves_world(even_world)) return 0.0f;
+  if (!infinite && infinite_count(even_world) == 0) return tree_.prob(p, n, emitter_of_light(light));
   const Groups groups = weigh_groups(p, n, even_world);
   if (!infinite) {
     const float prob = groups.prob(groups.tree);

@@ -44,7 +44,7 @@ class LightSet {
 
   /// True if sample() never finds anything.
   bool empty(EvenWorld even_world = EvenWorld::sampled) const {
-    return group_count() == (even_world == EvenWorld::left_to_scattering && has_even_world_ ? 1u : 0u);
+    return tree_.empty() && infinite_count(even_world) == 0;
   }
   /// Number of lights that can be sampled (power not zero, not degenerate).
   size_t sampled_lights() const { return sampled_; }
@@ -148,7 +148,14 @@ class LightSet {
   struct Groups;
   static constexpr float k_largest_importance = 1e30f;
 
-  size_t group_count() const { return infinite_sampled_.size() + (tree_.empty() ? 0 : 1); }
+  /// The world is a light that is never chosen.
+  bool leaves_world(EvenWorld even_world) const {
+    return has_even_world_ && even_world == EvenWorld::left_to_scattering;
+  }
+  /// Infinite lights that may be chosen.
+  size_t infinite_count(EvenWorld even_world) const {
+    return infinite_sampled_.size() - (leaves_world(even_world) ? 1 : 0);
+  }
   bool is_triangle(LightIndex light) const { return light >= first_triangle_ && light < environment_; }
   // The tree's emitters have the lights' own numbers.
   static LightIndex light_of_emitter(uint32_t emitter) { return emitter; }

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A floor and a wall that only catch shadows, under a box, a ball and a cone, lit by a lamp, a sun and a sky; transparent film."""
+"""A floor and a wall that only catch shadows, under a box and a ball, lit by a lamp, a sun and a sky; transparent film."""
 
 import math
 import pathlib

@@ -141,13 +141,11 @@ def expect_render():
 
     Where it cannot be started nothing is said: the render will say it.
     """
-    global _owned_daemon
     with _lock:
-        if _configured_address() or (_owned_daemon is not None and _owned_daemon.running):
+        if _configured_address():
             return
         try:
-            _end_daemon()
-            _owned_daemon = _start_daemon()
+            _start_daemon()
         except daemon_process.DaemonUnavailable:
             pass
 
@@ -159,10 +157,15 @@ def _configured_address():
 
 
 def _start_daemon():
-    chosen = preferences()
-    bundled = os.path.join(os.path.dirname(os.path.dirname(__file__)), "bin")
-    program = daemon_process.find_program(bpy.path.abspath(chosen.daemon_path) if chosen else "", bundled)
-    return daemon_process.DaemonProcess(program, chosen.threads if chosen else 0)
+    """Starts our own daemon unless it runs, and does not wait for it."""
+    global _owned_daemon
+    if _owned_daemon is not None and not _owned_daemon.running:
+        _end_daemon()
+    if _owned_daemon is None:
+        chosen = preferences()
+        bundled = os.path.join(os.path.dirname(os.path.dirname(__file__)), "bin")
+        program = daemon_process.find_program(bpy.path.abspath(chosen.daemon_path) if chosen else "", bundled)
+        _owned_daemon = daemon_process.DaemonProcess(program, chosen.threads if chosen else 0)
 
 
 def _end_daemon():
@@ -186,10 +189,7 @@ def _daemon():
         except ValueError as error:
             raise ConnectionLost(str(error)) from None
         return address, token, kind == "unix" or target[0] in ("127.0.0.1", "::1", "localhost")
-    if _owned_daemon is not None and not _owned_daemon.running:
-        _end_daemon()
-    if _owned_daemon is None:
-        _owned_daemon = _start_daemon()
+    _start_daemon()
     try:
         _owned_daemon.wait_until_ready()
     except daemon_process.DaemonUnavailable:

@@ -677,12 +677,8 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
         if (bounces_.diffuse > 0) bsdf.drop_subsurface_after_diffuse();
       }
       if (only_transparent_) {
-        const InstanceShading& seen = scene_.instance(hit.instance);
-        if (seen.holdout) {
-          if (settings_.film_transparent)
-            estimate_.transparency += average(throughput_);
-          else if (seen.shadow_catcher)
-            estimate_.behind += throughput_ * scene_.background_radiance(ray.direction, path_counts());
+        if (const InstanceShading& seen = scene_.instance(hit.instance); seen.holdout) {
+          see_hole(estimate_, scene_, seen, settings_.film_transparent, throughput_, ray.direction, path_counts());
           break;
         }
         if (program.traits().holdout && settings_.film_transparent)

@@ -193,7 +193,7 @@ TypedValue gradient(Compiler& c, int n, S socket, int shift) {
   return socket != "Color" ? number_of(f) : color_of(c.to_vector(number_of(f)));
 }
 
-TypedValue sky(Compiler& c, int n, S, int shift) {
+TypedValue sky_node(Compiler& c, int n, S, int shift) {
   const std::string type = c.text(n, "sky_type", "NISHITA");
   std::vector<float> table;
   if (type == "PREETHAM" || type == "HOSEK_WILKIE") {
@@ -205,25 +205,29 @@ TypedValue sky(Compiler& c, int n, S, int shift) {
         sun = {(*v)[0], (*v)[1], (*v)[2]};
     table = make_preetham_sky(sun, c.property(n, "turbidity", 2.2f));
   } else {
-    if (type != "NISHITA" && type != "SINGLE_SCATTERING")
-      c.warn_unsupported(n, "the sky model '" + type + "' is rendered as single scattering");
-    NishitaSky nishita;
-    nishita.sun_elevation_rad = c.property(n, "sun_elevation", nishita.sun_elevation_rad);
-    nishita.sun_rotation_rad = c.property(n, "sun_rotation", 0.0f);
-    nishita.sun_angle_rad = c.property(n, "sun_size", nishita.sun_angle_rad);
-    nishita.sun_intensity = c.property(n, "sun_intensity", 1.0f);
-    nishita.sun_disc = c.flag(n, "sun_disc", true);
-    nishita.altitude_m = c.property(n, "altitude", 0.0f);
-    nishita.air_density = c.property(n, "air_density", 1.0f);
+    AtmosphereSky sky;
+    if (type == "SINGLE_SCATTERING")
+      sky.model = AtmosphereSky::Model::single_scattering;
+    else if (type != "NISHITA")
+      sky.model = AtmosphereSky::Model::multiple_scattering;
+    if (type != "NISHITA" && type != "SINGLE_SCATTERING" && type != "MULTIPLE_SCATTERING")
+      c.warn_unsupported(n, "the sky model '" + type + "' is rendered as multiple scattering");
+    sky.sun_elevation_rad = c.property(n, "sun_elevation", sky.sun_elevation_rad);
+    sky.sun_rotation_rad = c.property(n, "sun_rotation", 0.0f);
+    sky.sun_angle_rad = c.property(n, "sun_size", sky.sun_angle_rad);
+    sky.sun_intensity = c.property(n, "sun_intensity", 1.0f);
+    sky.sun_disc = c.flag(n, "sun_disc", true);
+    sky.altitude_m = c.property(n, "altitude", 0.0f);
+    sky.air_density = c.property(n, "air_density", 1.0f);
     // Renamed in 5.0
-    nishita.dust_density = c.property(n, "dust_density", c.property(n, "aerosol_density", 1.0f));
-    nishita.ozone_density = c.property(n, "ozone_density", 1.0f);
-    if (nishita.sun_disc && !c.is_linked(n, "Vector") && c.is_world()) {
+    sky.dust_density = c.property(n, "dust_density", c.property(n, "aerosol_density", 1.0f));
+    sky.ozone_density = c.property(n, "ozone_density", 1.0f);
+    if (sky.sun_disc && !c.is_linked(n, "Vector") && c.is_world()) {
       ProgramTraits& traits = c.program().traits;
-      traits.sun_direction_world = sun_direction(nishita.sun_elevation_rad, nishita.sun_rotation_rad);
-      traits.sun_angle_rad = nishita.sun_angle_rad;
+      traits.sun_direction_world = sun_direction(sky.sun_elevation_rad, sky.sun_rotation_rad);
+      traits.sun_angle_rad = sky.sun_angle_rad;
     }
-    table = make_nishita_sky(nishita);
+    table = make_atmosphere_sky(sky);
   }
   const auto index = static_cast<uint32_t>(c.program().tables.size());
   c.program().tables.push_back(std::move(table));
@@ -236,7 +240,7 @@ TypedValue sky(Compiler& c, int n, S, int shift) {
 const std::map<std::string, ValueNode>& texture_nodes() {
   static const std::map<std::string, ValueNode> nodes{{"TexImage", image},       {"TexEnvironment", environment},
                                                       {"TexNoise", noise},       {"TexChecker", checker},
-                                                      {"TexGradient", gradient}, {"TexSky", sky},
+                                                      {"TexGradient", gradient}, {"TexSky", sky_node},
                                                       {"TexVoronoi", voronoi},   {"TexMusgrave", musgrave},
                                                       {"TexWave", wave},         {"TexMagic", magic},
                                                       {"TexBrick", brick},       {"TexWhiteNoise", white_noise},

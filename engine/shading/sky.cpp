@@ -2,7 +2,7 @@
 
 #include <tbb/parallel_for.h>
 
-#include <array>
+#include "engine/shading/spectral_atmosphere.h"
 
 namespace lambent {
 namespace {
@@ -47,8 +47,7 @@ Color rgb_from_xyz(const Color& c) {
                std::max(0.0f, 0.0556301f * c.x - 0.2039770f * c.y + 1.0569715f * c.z));
 }
 
-// --- Nishita
-// -------------------------------------------------------------------------------------------------------------
+// --- Scattering once
 
 // The atmosphere as Blender models it, so that skies agree; every 20 nm from 380 to 780.
 constexpr int k_wavelengths = 21;
@@ -77,10 +76,27 @@ constexpr float k_mie = 2e-5f, k_mie_extinction = 1.11f * k_mie;  // 1/m
 constexpr float k_anisotropy = 0.76f;
 constexpr float k_earth_radius = 6360e3f, k_top_radius = 6420e3f;
 constexpr float k_rayleigh_height = 8e3f, k_mie_height = 1.2e3f;
-constexpr int k_view_steps = 32, k_sun_steps = 16;
+constexpr int k_view_steps = 32;
+// Gauss–Laguerre quadrature of eight nodes, its last node but just inside of the atmosphere: densities fall about
+// exponentially. Nodes by the length of the ray and weights with their exponentials.
+constexpr int k_sun_nodes = 8;
+constexpr double k_sun_node[k_sun_nodes] = {0.006811185292, 0.03614807107, 0.09004346519, 0.1706680068,
+                                            0.2818362161,   0.4303406404,  0.6296271457,  0.9145252695};
+constexpr float k_sun_weight[k_sun_nodes] = {0.01750893642f, 0.04135477391f, 0.06678839063f, 0.09507698807f,
+                                             0.1283416365f,  0.1707430204f,  0.2327233347f,  0.3562490486f};
 
-// Layout of a table: what follows, then rows of XYZ.
-enum Header { h_elevation, h_rotation, h_angle, h_intensity, h_bottom, h_top = h_bottom + 3, h_size = h_top + 3 };
+// Layout of a table: what follows, then rows of XYZ from the horizon up, or (h_whole) from the nadir up.
+enum Header {
+  h_elevation,
+  h_rotation,
+  h_angle,
+  h_intensity,
+  h_whole,
+  h_horizon,  // elevation that the sun's disc ends at
+  h_bottom,
+  h_top = h_bottom + 3,
+  h_size = h_top + 3
+};
 constexpr int k_columns = 512, k_rows = 128;
 
 // Densities of air, dust and ozone relative to their coefficients.
@@ -98,11 +114,12 @@ double distance_to_sphere(const Vec3d& p, const Vec3d& d, double radius) {
 }
 
 Vec3 optical_depth(const Vec3d& from, const Vec3d& d) {
-  const double step = distance_to_sphere(from, d, k_top_radius) / k_sun_steps;
+  const double length = distance_to_sphere(from, d, k_top_radius);
   Vec3 sum(0.0f);
-  for (int i = 0; i < k_sun_steps; ++i)
-    sum += densities(static_cast<float>((from + d * ((i + 0.5) * step)).length() - k_earth_radius));
-  return sum * static_cast<float>(step);
+  for (int i = 0; i < k_sun_nodes; ++i)
+    sum += densities(static_cast<float>((from + d * (k_sun_node[i] * length)).length() - k_earth_radius)) *
+           k_sun_weight[i];
+  return sum * static_cast<float>(length);
 }
 
 bool earth_hides(const Vec3d& p, const Vec3d& d) {
@@ -119,7 +136,7 @@ Color xyz_of(const float* spectrum) {
 }
 
 // Sunlight scattered once towards the eye along d.
-Color scattered(const NishitaSky& sky, const Vec3d& eye, const Vec3d& d, const Vec3d& sun) {
+Color scattered(const AtmosphereSky& sky, const Vec3d& eye, const Vec3d& d, const Vec3d& sun) {
   const double step = distance_to_sphere(eye, d, k_top_radius) / k_view_steps;
   const Vec3 scale(sky.air_density, sky.dust_density, sky.ozone_density);
   const float mu = static_cast<float>(d ^ sun), g2 = k_anisotropy * k_anisotropy;
@@ -144,7 +161,7 @@ Color scattered(const NishitaSky& sky, const Vec3d& eye, const Vec3d& d, const V
 }
 
 // Radiance of the sun's disc at an elevation.
-Color disc(const NishitaSky& sky, const Vec3d& eye, float elevation) {
+Color disc(const AtmosphereSky& sky, const Vec3d& eye, float elevation) {
   const float e = std::max(elevation, 0.0f);
   const Vec3 depth = optical_depth(eye, {std::cos(e), 0.0, std::sin(e)});
   const float solid_angle = 2.0f * k_pi * (1.0f - std::cos(0.5f * sky.sun_angle_rad));
@@ -156,45 +173,116 @@ Color disc(const NishitaSky& sky, const Vec3d& eye, float elevation) {
   return xyz_of(spectrum);
 }
 
-Color nishita_pixel(const std::vector<float>& table, int x, int y) {
+int row_count(const std::vector<float>& table) { return table[h_whole] > 0.0f ? 2 * k_rows : k_rows; }
+
+Color atmosphere_pixel(const std::vector<float>& table, int x, int y) {
   const float* p =
       table.data() + h_size +
-      3 * (static_cast<size_t>(std::clamp(y, 0, k_rows - 1)) * k_columns + std::clamp(x, 0, k_columns - 1));
+      3 * (static_cast<size_t>(std::clamp(y, 0, row_count(table) - 1)) * k_columns + std::clamp(x, 0, k_columns - 1));
   return Color(p[0], p[1], p[2]);
 }
 
 // Bilinear, extended beyond the edges; u, v in [0, 1].
-Color nishita_lookup(const std::vector<float>& table, float u, float v) {
-  const float x = u * k_columns - 0.5f, y = v * k_rows - 0.5f;
+Color atmosphere_lookup(const std::vector<float>& table, float u, float v) {
+  const float x = u * k_columns - 0.5f, y = v * static_cast<float>(row_count(table)) - 0.5f;
   const float x0 = std::floor(x), y0 = std::floor(y);
   const int i = static_cast<int>(x0), j = static_cast<int>(y0);
-  return lerp(lerp(nishita_pixel(table, i, j), nishita_pixel(table, i + 1, j), x - x0),
-              lerp(nishita_pixel(table, i, j + 1), nishita_pixel(table, i + 1, j + 1), x - x0), y - y0);
+  return lerp(lerp(atmosphere_pixel(table, i, j), atmosphere_pixel(table, i + 1, j), x - x0),
+              lerp(atmosphere_pixel(table, i, j + 1), atmosphere_pixel(table, i + 1, j + 1), x - x0), y - y0);
 }
 
-Color nishita_radiance(const std::vector<float>& table, const Vec3& d) {
-  const float elevation = table[h_elevation], angle = table[h_angle];
+// XYZ of the sun's disc, or 0 beside it.
+Color disc_radiance(const std::vector<float>& table, const Vec3& d, float view_elevation) {
+  const float elevation = table[h_elevation], angle = table[h_angle], half = 0.5f * angle;
+  if (!(angle > 0.0f) || view_elevation < table[h_horizon]) return Color(0.0f);
+  const Vec3 sun = sun_direction(elevation, table[h_rotation]);
+  const float from_centre = std::atan2(length(cross(d, sun)), dot(d, sun));
+  if (!(from_centre < half)) return Color(0.0f);
+  const bool whole = table[h_whole] > 0.0f;
+  if (!whole && elevation + half <= 0.0f) return Color(0.0f);
+  const Color bottom(table[h_bottom], table[h_bottom + 1], table[h_bottom + 2]);
+  const Color top(table[h_top], table[h_top + 1], table[h_top + 2]);
+  const float t = whole || elevation - half > 0.0f ? (view_elevation - elevation) / angle + 0.5f
+                                                   : view_elevation / (elevation + half);
+  const float limb = 1.0f - 0.6f * (1.0f - safe_sqrt(1.0f - sqr(from_centre / half)));
+  return lerp(bottom, top, t) * (table[h_intensity] * limb);
+}
+
+Color atmosphere_radiance(const std::vector<float>& table, const Vec3& d) {
   const float view_elevation = std::asin(std::clamp(d.z, -1.0f, 1.0f));
-  if (d.z >= 0.0f && angle > 0.0f) {
-    const Vec3 sun = sun_direction(elevation, table[h_rotation]);
-    const float half = 0.5f * angle;
-    const float from_centre = std::atan2(length(cross(d, sun)), dot(d, sun));
-    if (from_centre < half && elevation + half > 0.0f) {
-      const Color bottom(table[h_bottom], table[h_bottom + 1], table[h_bottom + 2]);
-      const Color top(table[h_top], table[h_top + 1], table[h_top + 2]);
-      const float t =
-          elevation - half > 0.0f ? (view_elevation - elevation) / angle + 0.5f : view_elevation / (elevation + half);
-      const float limb = 1.0f - 0.6f * (1.0f - safe_sqrt(1.0f - sqr(from_centre / half)));
-      return rgb_from_xyz(lerp(bottom, top, t) * (table[h_intensity] * limb));
-    }
-  }
+  const Color disc = disc_radiance(table, d, view_elevation);
   // The rotation is stored as the node has it; the table has the sun in its middle column
   float u = (std::atan2(d.x, d.y) + k_pi - table[h_rotation]) / (2.0f * k_pi);
   u -= std::floor(u);
-  if (d.z >= 0.0f) return rgb_from_xyz(nishita_lookup(table, u, safe_sqrt(view_elevation / (0.5f * k_pi))));
+  const float height = safe_sqrt(std::abs(view_elevation) / (0.5f * k_pi));
+  if (table[h_whole] > 0.0f)
+    return rgb_from_xyz(disc + atmosphere_lookup(table, u, 0.5f + 0.5f * std::copysign(height, view_elevation)));
+  // Blender before 5.0: the disc hides the sky, and the horizon fades below.
+  if (max_component(disc) > 0.0f) return rgb_from_xyz(disc);
+  if (d.z >= 0.0f) return rgb_from_xyz(atmosphere_lookup(table, u, height));
   if (d.z < -0.4f) return Color(0.0f);
   const float fade = 1.0f + d.z * 2.5f;
-  return rgb_from_xyz(nishita_lookup(table, u, 0.0f) * (fade * fade * fade));
+  return rgb_from_xyz(atmosphere_lookup(table, u, 0.0f) * (fade * fade * fade));
+}
+
+// Fills a table's rows; radiance(latitude, longitude) of half the sky, the sun at longitude 0.
+template <class Latitude, class Longitude, class Radiance>
+void fill_sky(std::vector<float>& table, const Latitude& latitude_of, const Longitude& longitude_of,
+              const Radiance& radiance) {
+  tbb::parallel_for(0, row_count(table), [&](int row) {
+    const double latitude = latitude_of(row);
+    for (int column = 0; column < k_columns / 2; ++column) {
+      const double longitude = longitude_of(column);
+      const Color xyz = radiance(Vec3d(std::cos(latitude) * std::cos(longitude),
+                                       std::cos(latitude) * std::sin(longitude), std::sin(latitude)));
+      for (const int x : {column, k_columns - 1 - column})
+        for (int k = 0; k < 3; ++k) table[h_size + 3 * (static_cast<size_t>(row) * k_columns + x) + k] = xyz[k];
+    }
+  });
+}
+
+// The same sun with an elevation within ±90°.
+void wrap_sun(AtmosphereSky& sky) {
+  float e = std::remainder(sky.sun_elevation_rad, 2.0f * k_pi);
+  if (std::abs(e) > 0.5f * k_pi) {
+    e = std::copysign(k_pi, e) - e;
+    sky.sun_rotation_rad += k_pi;
+  }
+  sky.sun_elevation_rad = e;
+}
+
+void make_single_scattering(const AtmosphereSky& sky, std::vector<float>& table, Color& bottom, Color& top) {
+  const Vec3d eye(0.0, 0.0, k_earth_radius + static_cast<double>(std::clamp(sky.altitude_m, 1.0f, 59999.0f)));
+  bottom = disc(sky, eye, sky.sun_elevation_rad - 0.5f * sky.sun_angle_rad);
+  top = disc(sky, eye, sky.sun_elevation_rad + 0.5f * sky.sun_angle_rad);
+  const Vec3d sun(std::cos(sky.sun_elevation_rad), 0.0, std::sin(sky.sun_elevation_rad));
+  const bool whole = table[h_whole] > 0.0f;
+  // More rows towards the horizon. Whole skies are black below it.
+  const auto latitude = [&](int row) {
+    const double above = whole ? row - k_rows : row;
+    return (0.5 * std::numbers::pi + (whole ? 0.0 : 0.25 * std::numbers::pi / k_rows)) * above / k_rows * above /
+           k_rows * (above < 0.0 ? -1.0 : 1.0);
+  };
+  const auto longitude = [](int column) { return 2.0 * std::numbers::pi * column / k_columns - std::numbers::pi; };
+  fill_sky(table, latitude, longitude,
+           [&](const Vec3d& d) { return whole && d.z <= 0.0 ? Color(0.0f) : scattered(sky, eye, d, sun); });
+}
+
+void make_multiple_scattering(const AtmosphereSky& sky, std::vector<float>& table, Color& bottom, Color& top) {
+  const SpectralAtmosphere atmosphere(sky.air_density, sky.dust_density, sky.ozone_density);
+  const double altitude_km = std::clamp(sky.altitude_m, 1.0f, 99999.0f) / 1000.0, half = 0.5 * sky.sun_angle_rad;
+  const double solid_angle = std::max(2.0 * std::numbers::pi * (1.0 - std::cos(half)), 1e-12);
+  bottom = atmosphere.sunlight(altitude_km, sky.sun_elevation_rad - half, solid_angle);
+  top = atmosphere.sunlight(altitude_km, sky.sun_elevation_rad + half, solid_angle);
+  const Vec3d sun(std::cos(sky.sun_elevation_rad), 0.0, std::sin(sky.sun_elevation_rad));
+  const auto latitude = [&](int row) {
+    const double l = (row + 0.5) / k_rows - 1.0;
+    return std::copysign(l * l, l) * 0.5 * std::numbers::pi;
+  };
+  const auto longitude = [](int column) {
+    return 2.0 * std::numbers::pi * (column + 0.5) / k_columns - std::numbers::pi;
+  };
+  fill_sky(table, latitude, longitude, [&](const Vec3d& d) { return atmosphere.radiance(altitude_km, d, sun); });
 }
 
 }  // namespace
@@ -203,29 +291,27 @@ Vec3 sun_direction(float elevation, float rotation) {
   return {std::cos(elevation) * std::sin(rotation), std::cos(elevation) * std::cos(rotation), std::sin(elevation)};
 }
 
-std::vector<float> make_nishita_sky(const NishitaSky& sky) {
-  std::vector<float> table(h_size + static_cast<size_t>(3) * k_columns * k_rows);
-  const Vec3d eye(0.0, 0.0, k_earth_radius + static_cast<double>(std::clamp(sky.altitude_m, 1.0f, 59999.0f)));
+std::vector<float> make_atmosphere_sky(const AtmosphereSky& described) {
+  AtmosphereSky sky = described;
+  wrap_sun(sky);
+  const bool whole = sky.model != AtmosphereSky::Model::nishita;
+  std::vector<float> table(h_size + static_cast<size_t>(3) * k_columns * (whole ? 2 * k_rows : k_rows));
   table[h_elevation] = sky.sun_elevation_rad;
   table[h_rotation] = sky.sun_rotation_rad;
   table[h_angle] = sky.sun_disc ? sky.sun_angle_rad : -1.0f;
   table[h_intensity] = sky.sun_intensity;
-  const Color bottom = disc(sky, eye, sky.sun_elevation_rad - 0.5f * sky.sun_angle_rad);
-  const Color top = disc(sky, eye, sky.sun_elevation_rad + 0.5f * sky.sun_angle_rad);
+  table[h_whole] = whole ? 1.0f : 0.0f;
+  if (whole) {
+    const double radius = SpectralAtmosphere::k_earth_radius_km;
+    table[h_horizon] = static_cast<float>(
+        std::asin(std::min(radius / (radius + 1e-3 * std::max(sky.altitude_m, 0.0f)), 1.0)) - 0.5 * std::numbers::pi);
+  }
+  Color bottom, top;
+  if (sky.model == AtmosphereSky::Model::multiple_scattering)
+    make_multiple_scattering(sky, table, bottom, top);
+  else
+    make_single_scattering(sky, table, bottom, top);
   for (int k = 0; k < 3; ++k) table[h_bottom + k] = bottom[k], table[h_top + k] = top[k];
-  const Vec3d sun(std::cos(sky.sun_elevation_rad), 0.0, std::sin(sky.sun_elevation_rad));
-  tbb::parallel_for(0, k_rows, [&](int row) {
-    // More rows towards the horizon
-    const double latitude = (0.5 * std::numbers::pi + 0.25 * std::numbers::pi / k_rows) * row / k_rows * row / k_rows;
-    for (int column = 0; column < k_columns / 2; ++column) {
-      const double longitude = 2.0 * std::numbers::pi * column / k_columns - std::numbers::pi;
-      const Vec3d d(std::cos(latitude) * std::cos(longitude), std::cos(latitude) * std::sin(longitude),
-                    std::sin(latitude));
-      const Color xyz = scattered(sky, eye, d, sun);
-      for (const int x : {column, k_columns - 1 - column})
-        for (int k = 0; k < 3; ++k) table[h_size + 3 * (static_cast<size_t>(row) * k_columns + x) + k] = xyz[k];
-    }
-  });
   return table;
 }
 
@@ -246,7 +332,7 @@ std::vector<float> make_preetham_sky(const Vec3& sun_direction, float turbidity)
 
 Color sky_radiance(const std::vector<float>& table, const Vec3& d_in) {
   const Vec3 d = normalize(d_in);
-  if (table.size() > k_preetham_floats) return nishita_radiance(table, d);
+  if (table.size() > k_preetham_floats) return atmosphere_radiance(table, d);
   const Vec3 sun(table[18], table[19], table[20]);
   const float gamma = std::acos(std::clamp(dot(d, sun), -1.0f, 1.0f));
   const float cos_theta = std::max(d.z, 0.001f);

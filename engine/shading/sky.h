@@ -1,5 +1,5 @@
-// The Sky Texture: the models of Preetham, Shirley & Smits 1999 and of Nishita et al. 1993 as Blender improved it
-// (single scattering in spectral form, with ozone and a sun's disc).
+// The Sky Texture: the models of Preetham, Shirley & Smits 1999, of Nishita et al. 1993 as Blender improved it (single
+// scattering in spectral form, with ozone and a sun's disc), and of García Liñán 2022 (spectral_atmosphere.h).
 #pragma once
 
 #include <vector>
@@ -11,7 +11,13 @@ namespace lambent {
 /// @param sun_direction unit, world space; only the direction relative to +Z matters. @param turbidity in [1, 10].
 std::vector<float> make_preetham_sky(const Vec3& sun_direction, float turbidity);
 
-struct NishitaSky {
+struct AtmosphereSky {
+  enum class Model {
+    nishita,              ///< single scattering, fading below the horizon (Blender before 5.0)
+    single_scattering,    ///< the same, black below the horizon
+    multiple_scattering,  ///< García Liñán's, with the ground
+  };
+  Model model = Model::nishita;
   float sun_elevation_rad = 0.2617994f;
   float sun_rotation_rad = 0.0f;      ///< from +Y towards +X
   float sun_angle_rad = 0.00951204f;  ///< whole angle of the disc
@@ -20,13 +26,13 @@ struct NishitaSky {
   float altitude_m = 0.0f;
   float air_density = 1.0f, dust_density = 1.0f, ozone_density = 1.0f;
 };
-/// Takes about half a second of one core: the sky over the hemisphere is integrated once, in parallel.
-std::vector<float> make_nishita_sky(const NishitaSky& sky);
+/// Takes about half a second of one core: the sky is integrated once, in parallel.
+std::vector<float> make_atmosphere_sky(const AtmosphereSky& sky);
 /// Unit direction to the sun.
 Vec3 sun_direction(float elevation_rad, float rotation_rad);
 
 /// Scene-linear radiance from direction d (need not be unit). Below the horizon Preetham's sky goes on with the
-/// horizon's, Nishita's fades to black.
+/// horizon's.
 Color sky_radiance(const std::vector<float>& table, const Vec3& d);
 
 }  // namespace lambent

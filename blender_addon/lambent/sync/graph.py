@@ -120,7 +120,7 @@ class GraphBuilder:
             return NOTHING, None
         value, type_name = self._follow_input(outer, path[:-1])
         if value is NOTHING:
-            constant = None if outer.hide_value else _constant(outer)
+            constant = _own_value(outer)
             return (NOTHING, None) if constant is None else (constant, outer.type)
         return self._convert(value, type_name, outer.type), outer.type
 
@@ -138,7 +138,7 @@ class GraphBuilder:
                 continue
             value = self._received(socket, path)
             if value is NOTHING:
-                value = None if socket.hide_value else _constant(socket)
+                value = _own_value(socket)
             if value is not None:
                 inputs[socket.identifier] = value
         properties = node_properties.read(node, self._images, self._edits, self._owner_name)
@@ -240,6 +240,17 @@ def _view_layer_attribute(node, socket):
 
 def _as_color(value):
     return value[:3] if isinstance(value, list) else [float(value)] * 3
+
+
+def _own_value(socket):
+    """The value that an input has where nothing arrives, or None where the node has a default of its own (normals, coordinates)."""
+    hidden = socket.hide_value
+    if hidden and socket.is_linked:
+        # By a muted link, then. Blender 5 hides the values of all linked inputs.
+        hidden = socket.type == "VECTOR" and (
+            socket.name.endswith(("Normal", "Tangent")) or socket.node.bl_idname.startswith("ShaderNodeTex")
+        )
+    return None if hidden else _constant(socket)
 
 
 def _constant(socket):

@@ -42,7 +42,9 @@ struct Node {
 struct Graph {
   std::vector<Node> nodes;
   std::optional<Link> surface, displacement, volume;
-  std::vector<int> aovs;  ///< OutputAOV nodes: what shader AOV passes read
+  std::vector<int> aovs;            ///< OutputAOV nodes: what shader AOV passes read
+  int cycles_version = 304;         ///< whose rules shaders follow: 100 · major + minor
+  bool bump_map_correction = true;  ///< bumped diffuse surfaces darken towards the smooth surface's terminator
 };
 
 // --- Datablocks ---------------------------------------------------------------------------------------------------

@@ -124,6 +124,8 @@ void read_graph(FieldReader& reader, Graph& graph) {
     }
     reader.read_object(json, path + ".", [&](FieldReader& one) { read_node(one, node, count); });
   }
+  reader.integer("cycles_version", graph.cycles_version, 0, 10000);
+  reader.boolean("bump_map_correction", graph.bump_map_correction);
   reader.group("outputs", [&](FieldReader& outputs) {
     read_output(outputs, "surface", count, graph.surface);
     read_output(outputs, "displacement", count, graph.displacement);
@@ -182,7 +184,10 @@ Json encode_graph(const Graph& graph) {
   if (graph.displacement) outputs["displacement"] = encode_link(*graph.displacement);
   if (graph.volume) outputs["volume"] = encode_link(*graph.volume);
   if (!graph.aovs.empty()) outputs["aovs"] = graph.aovs;
-  return {{"nodes", std::move(nodes)}, {"outputs", std::move(outputs)}};
+  Json encoded = {{"nodes", std::move(nodes)}, {"outputs", std::move(outputs)}};
+  if (graph.cycles_version != Graph().cycles_version) encoded["cycles_version"] = graph.cycles_version;
+  if (!graph.bump_map_correction) encoded["bump_map_correction"] = false;
+  return encoded;
 }
 
 }  // namespace lambent::description

@@ -72,6 +72,8 @@ ShaderGraph shader_graph(const description::Graph& graph) {
   result.displacement = graph_link(graph.displacement);
   result.volume = graph_link(graph.volume);
   result.aovs = graph.aovs;
+  result.cycles_version = graph.cycles_version;
+  result.bump_map_correction = graph.bump_map_correction;
   return result;
 }
 

@@ -51,22 +51,33 @@ float first_bounce(const Microfacets& facets, const Vec3& w, const Vec3& m) {
   return g1_r / (g1_w + g1_r - g1_w * g1_r);
 }
 
-float glass(const Microfacets& facets, const Vec3& w, const Vec3& m, float eta) {
+float glass(const Microfacets& facets, const Vec3& w, const Vec3& m, float eta, bool correlated) {
   const float f = fresnel_dielectric(dot(w, m), eta);
-  float sum = f * reflected(facets, w, m);
+  float sum = f * (correlated ? first_bounce : reflected)(facets, w, m);
   Vec3 t;
-  if (f < 1.0f && refract(w, m, eta, t) && t.z < 0.0f) sum += (1.0f - f) * facets.g1(t);
+  if (f < 1.0f && refract(w, m, eta, t) && t.z < 0.0f) {
+    const float g_w = facets.g1(w), g_t = facets.g1(t);
+    sum += (1.0f - f) * (correlated ? g_t / (g_w + g_t - g_w * g_t) : g_t);
+  }
   return sum;
 }
 
 struct ReflectionTable {
   std::array<float, k_size * k_size> value, first;
+  std::array<float, k_size> first_mean;  // over all cosines, weighted by them
   ReflectionTable() {
-    for (int a = 0; a < k_size; ++a)
+    for (int a = 0; a < k_size; ++a) {
+      double sum = 0.0;
       for (int c = 0; c < k_size; ++c) {
         value[a * k_size + c] = integrate(node_cos(c, k_size), node_alpha(a, k_size), 1024, reflected);
         first[a * k_size + c] = integrate(node_cos(c, k_size), node_alpha(a, k_size), 1024, first_bounce);
+        const float* e = &first[a * k_size + c];
+        if (c == 0) continue;
+        const float from = node_cos(c - 1, k_size), to = node_cos(c, k_size);
+        sum += static_cast<double>((e[-1] * from + e[0] * to) * (to - from));
       }
+      first_mean[a] = static_cast<float>(std::min(sum, 1.0));
+    }
   }
 };
 const ReflectionTable& reflection_table() {
@@ -76,14 +87,14 @@ const ReflectionTable& reflection_table() {
 
 struct GlassTable {
   std::array<float, k_glass_size * k_glass_size * k_glass_size> value;
-  GlassTable() {
+  explicit GlassTable(bool correlated) {
     for (int e = 0; e < k_glass_size; ++e)
       for (int a = 0; a < k_glass_size; ++a)
         for (int c = 0; c < k_glass_size; ++c)
           value[(e * k_glass_size + a) * k_glass_size + c] =
               integrate(node_cos(c, k_glass_size), node_alpha(a, k_glass_size), 512,
-                        [eta = node_eta(e)](const Microfacets& facets, const Vec3& w, const Vec3& m) {
-                          return glass(facets, w, m, eta);
+                        [eta = node_eta(e), correlated](const Microfacets& facets, const Vec3& w, const Vec3& m) {
+                          return glass(facets, w, m, eta, correlated);
                         });
   }
 };
@@ -102,6 +113,15 @@ struct Cell {
 float bilinear(const float* table, int size, const Cell& a, const Cell& c) {
   const float* row = table + a.index * size + c.index;
   return lerp(lerp(row[0], row[1], c.fraction), lerp(row[size], row[size + 1], c.fraction), a.fraction);
+}
+
+float look_up(const GlassTable& table, float cos_view, float alpha, float eta) {
+  const float position = std::log(std::clamp(eta, k_eta_min, k_eta_max) / k_eta_min) / std::log(k_eta_max / k_eta_min);
+  const Cell e(position, k_glass_size), a(std::sqrt(std::max(alpha, 0.0f)), k_glass_size),
+      c(std::sqrt(std::max(cos_view, 0.0f)), k_glass_size);
+  const float* slice = table.value.data() + e.index * k_glass_size * k_glass_size;
+  return lerp(bilinear(slice, k_glass_size, a, c), bilinear(slice + k_glass_size * k_glass_size, k_glass_size, a, c),
+              e.fraction);
 }
 
 }  // namespace
@@ -126,14 +146,27 @@ Color ggx_multiscatter_factor(float cos_view, float alpha, const Color& reflecta
   return factor;
 }
 
-float ggx_glass_albedo(float cos_view, float alpha, float eta) {
-  static const GlassTable table;
-  const float position = std::log(std::clamp(eta, k_eta_min, k_eta_max) / k_eta_min) / std::log(k_eta_max / k_eta_min);
-  const Cell e(position, k_glass_size), a(std::sqrt(std::max(alpha, 0.0f)), k_glass_size),
-      c(std::sqrt(std::max(cos_view, 0.0f)), k_glass_size);
-  const float* slice = table.value.data() + e.index * k_glass_size * k_glass_size;
-  return lerp(bilinear(slice, k_glass_size, a, c), bilinear(slice + k_glass_size * k_glass_size, k_glass_size, a, c),
-              e.fraction);
+Color ggx_compensation(float cos_view, float alpha, const Color& reflectance) {
+  const ReflectionTable& table = reflection_table();
+  const Cell a(std::sqrt(std::max(alpha, 0.0f)), k_size), c(std::sqrt(std::max(cos_view, 0.0f)), k_size);
+  const float single = bilinear(table.first.data(), k_size, a, c);
+  const float mean = lerp(table.first_mean[a.index], table.first_mean[a.index + 1], a.fraction);
+  Color factor;
+  for (int k = 0; k < 3; ++k) {
+    const float further = reflectance[k] * mean / (1.0f - reflectance[k] * (1.0f - mean));
+    factor[k] = 1.0f + further * (1.0f - single) / single;
+  }
+  return factor;
+}
+
+float ggx_glass_albedo(float cos_view, float alpha, float eta, bool correlated) {
+  // Each when it is first needed
+  if (correlated) {
+    static const GlassTable table(true);
+    return look_up(table, cos_view, alpha, eta);
+  }
+  static const GlassTable table(false);
+  return look_up(table, cos_view, alpha, eta);
 }
 
 }  // namespace lambent

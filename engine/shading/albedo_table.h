@@ -12,9 +12,12 @@ float ggx_reflection_albedo(float cos_view, float alpha);
 /// What multiscatter GGX reflects in all over what single scattering does (ggx_reflection_albedo), where each facet
 /// reflects `reflectance` in [0, 1] of the light; 1 / ggx_reflection_albedo for 1. @param cos_view, alpha as above.
 Color ggx_multiscatter_factor(float cos_view, float alpha, const Color& reflectance);
+/// The same for masking correlated by height, as Cycles has it since 4.0: what single scattering loses comes back
+/// coloured by the mean reflectance (Kulla & Conty 2017; Turquin 2019).
+Color ggx_compensation(float cos_view, float alpha, const Color& reflectance);
 
 /// Likewise for glass: reflection plus refraction with the dielectric Fresnel term at the microfacet.
 /// @param eta index beyond the surface over index on the side of the view, clamped to [1/3, 3].
-float ggx_glass_albedo(float cos_view, float alpha, float eta);
+float ggx_glass_albedo(float cos_view, float alpha, float eta, bool correlated);
 
 }  // namespace lambent

@@ -20,8 +20,18 @@ Color sane_color(const Color& c, float high) {
 // How much of the mixture's samples the lobe gets, seen from a direction with cosine `cos_view` to its normal.
 float selection(const Lobe& lobe, float cos_view) { return average(lobe.weight * lobe_albedo(lobe, cos_view)); }
 
-// Smooths what a bumped diffuse lobe would cut off hard at the smooth terminator (Chiang, Li & Burley 2019, as Cycles).
-float bump_shadowing(const Vec3& ns, const Vec3& n, const Vec3& light) {
+// Smooths what a bumped diffuse lobe would cut off hard at the smooth terminator.
+float bump_shadowing(BumpShadowing rule, const Vec3& ns, const Vec3& n, const Vec3& light) {
+  if (rule == BumpShadowing::none) return 1.0f;
+  if (rule == BumpShadowing::masking) {
+    // GGX's masking of a surface whose slopes are about as wide as the bump's
+    const float cos_light = std::fabs(dot(ns, light)), cos_bump = std::fabs(dot(ns, n));
+    if (cos_light >= 1.0f || cos_bump >= 1.0f) return 1.0f;
+    if (cos_light < 1e-6f || cos_bump < 1e-6f) return 0.0f;
+    const float alpha2 = std::min(0.125f * (1.0f / sqr(cos_bump) - 1.0f), 1.0f);
+    const float tan2 = 1.0f / sqr(cos_light) - 1.0f;
+    return 2.0f / (1.0f + std::sqrt(1.0f + alpha2 * tan2));
+  }
   const float cos_light = dot(n, light);
   const Vec3 reference = cos_light < 0.0f ? ns * -1.0f : ns;
   const float denominator = cos_light * dot(reference, n);
@@ -54,28 +64,31 @@ struct Term {
   float pdf = 0.0f, pdf_reverse = 0.0f;
 };
 
-Term eval_term(const Lobe& lobe, const Vec3& ng, const Vec3& ns, const Vec3& wi, const Vec3& wo, Transport transport,
-               bool reverse) {
+Term eval_term(const Lobe& lobe, BumpShadowing rule, const Vec3& ng, const Vec3& ns, const Vec3& wi, const Vec3& wo,
+               Transport transport, bool reverse) {
   Term term;
   const bool camera_is_wi = transport == Transport::radiance;
   LobeValue value;
   float cos_wi = dot(lobe.n, wi), cos_wo = dot(lobe.n, wo);
+  bool reflected = cos_wi * cos_wo > 0.0f;
   if (lobe.kind == LobeKind::diffuse) {  // the commonest lobe needs no frame
-    if (cos_wi <= 0.0f || cos_wo <= 0.0f) return term;
-    value.f_cos = Color(k_inv_pi * (camera_is_wi ? cos_wo : cos_wi));
-    value.pdf_solid_angle = cos_wo * k_inv_pi;
-    value.pdf_reverse_solid_angle = cos_wi * k_inv_pi;
+    // A bumped one is seen from below its normal as well (Lobe::n).
+    const float cos_light = camera_is_wi ? cos_wo : cos_wi;
+    if (cos_light <= 0.0f) return term;
+    reflected = true;
+    value.f_cos = Color(k_inv_pi * cos_light);
+    value.pdf_solid_angle = std::max(cos_wo, 0.0f) * k_inv_pi;
+    value.pdf_reverse_solid_angle = std::max(cos_wi, 0.0f) * k_inv_pi;
   } else {
     const Frame frame = lobe_frame(lobe);
     value = eval_lobe(lobe, frame.to_local(wi), frame.to_local(wo), camera_is_wi);
   }
   // Reflection stays on the smooth surface's side. A direction below the facet is evaluated (the terminator of coarse
   // meshes is not cut), but sample() never makes it.
-  const bool reflected = cos_wi * cos_wo > 0.0f;
   if ((dot(ns, wo) > 0.0f) != reflected) return term;
   const bool sampled = (dot(ng, wi) * dot(ng, wo) > 0.0f) == reflected;
   term.f_cos = lobe.weight * value.f_cos;
-  if (is_diffuse(lobe.kind) && lobe.n != ns) term.f_cos *= bump_shadowing(ns, lobe.n, camera_is_wi ? wo : wi);
+  if (is_diffuse(lobe.kind) && lobe.n != ns) term.f_cos *= bump_shadowing(rule, ns, lobe.n, camera_is_wi ? wo : wi);
   if (sampled) {
     term.pdf = value.pdf_solid_angle;
     if (reverse) term.pdf_reverse = value.pdf_reverse_solid_angle;
@@ -96,6 +109,7 @@ Bsdf& Bsdf::operator=(const Bsdf& other) {
   transparency_ = other.transparency_;
   emission_ = other.emission_;
   holdout_ = other.holdout_;
+  bump_shadowing_ = other.bump_shadowing_;
   for (int i = 0; i < count_; ++i) lobes_[i] = other.lobes_[i];
   return *this;
 }
@@ -104,6 +118,7 @@ void Bsdf::begin(const ShadingPoint& point) {
   count_ = 0;
   has_non_delta_ = false;
   least_share_ = 0.0f;
+  bump_shadowing_ = BumpShadowing::cubic;
   shares_wi_world_ = Vec3(0.0f);
   ng_world_ = point.ng_world;
   ns_world_ = point.ns_world;
@@ -256,7 +271,7 @@ BsdfEval Bsdf::eval(const Vec3& wi_world, const Vec3& wo_world, Transport transp
     const float share_reverse = count_ > 1 && reverse ? selection(lobe, dot(lobe.n, wo_world)) : 1.0f;
     selected_reverse += share_reverse;
     if (is_delta(lobe)) continue;
-    const Term term = eval_term(lobe, ng_world_, ns_world_, wi_world, wo_world, transport, reverse);
+    const Term term = eval_term(lobe, bump_shadowing_, ng_world_, ns_world_, wi_world, wo_world, transport, reverse);
     result.f_cos += term.f_cos;
     result.pdf_solid_angle += selected.of[i] * term.pdf;
     result.pdf_reverse_solid_angle += share_reverse * term.pdf_reverse;
@@ -295,13 +310,13 @@ BsdfSample Bsdf::sample(const Vec3& wi_world, float u_choice, const Vec2& u_all,
   const bool camera_is_wi = transport == Transport::radiance;
   if (count_ == 1 && lobe.kind == LobeKind::diffuse && camera_is_wi && reverse_pdf == ReversePdf::no) {
     // The commonest surface: f cos / pdf is the weight.
-    if (dot(lobe.n, wi_world) <= 0.0f) return result;
     const Vec3 local = sample_cosine_hemisphere(u);
     const Vec3 wo = normalize(Frame::from_normal(lobe.n).to_world(local));
     if (!(local.z > 0.0f) || dot(ns_world_, wo) <= 0.0f || dot(ng_world_, wo) * dot(ng_world_, wi_world) <= 0.0f)
       return result;
     result.wo_world = wo;
-    result.weight = lobe.n != ns_world_ ? lobe.weight * bump_shadowing(ns_world_, lobe.n, wo) : lobe.weight;
+    result.weight =
+        lobe.n != ns_world_ ? lobe.weight * bump_shadowing(bump_shadowing_, ns_world_, lobe.n, wo) : lobe.weight;
     result.pdf_solid_angle = local.z * k_inv_pi;
     result.event = k_scatter_diffuse;
     result.lobe = picked;
@@ -394,9 +409,9 @@ EventShares Bsdf::event_shares(const Vec3& wi_world, const Vec3& wo_world) const
   for (int i = 0; i < count_; ++i) {
     const Lobe& lobe = lobes_[i];
     if (is_delta(lobe)) continue;
-    const float pdf =
-        selected.of[i] *
-        eval_term(lobe, ng_world_, ns_world_, wi_world, wo_world, Transport::radiance, /*reverse=*/false).pdf;
+    const float pdf = selected.of[i] * eval_term(lobe, bump_shadowing_, ng_world_, ns_world_, wi_world, wo_world,
+                                                 Transport::radiance, /*reverse=*/false)
+                                           .pdf;
     const bool transmitted = dot(lobe.n, wi_world) * dot(lobe.n, wo_world) < 0.0f;
     (transmitted ? result.transmission : is_diffuse(lobe.kind) ? result.diffuse : result.glossy) += pdf;
     if (transmitted && is_diffuse(lobe.kind)) result.diffuse_transmission += pdf;
@@ -416,7 +431,8 @@ ClassShares Bsdf::class_shares(const Vec3& wi_world, const Vec3& wo_world, Trans
   for (int i = 0; i < count_; ++i) {
     const Lobe& lobe = lobes_[i];
     if (is_delta(lobe)) continue;
-    const Color f = eval_term(lobe, ng_world_, ns_world_, wi_world, wo_world, transport, /*reverse=*/false).f_cos;
+    const Color f =
+        eval_term(lobe, bump_shadowing_, ng_world_, ns_world_, wi_world, wo_world, transport, /*reverse=*/false).f_cos;
     const bool transmitted = dot(lobe.n, wi_world) * dot(lobe.n, wo_world) < 0.0f;
     result.of[static_cast<int>(class_of(lobe.kind, transmitted))] += f;
     total += f;

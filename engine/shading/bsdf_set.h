@@ -41,6 +41,8 @@ class Bsdf {
     shares_wi_world_ = Vec3(0.0f);
   }
 
+  void set_bump_shadowing(BumpShadowing rule) { bump_shadowing_ = rule; }
+
   /// Drops the lobes that reflect, that refract or both, mirrors included: what a walk meets after a diffuse surface
   /// where caustics are switched off (Cycles drops closures, not paths; so the rest is sampled as if they were not
   /// there).
@@ -112,6 +114,7 @@ class Bsdf {
   bool has_non_delta_ = false;
   float least_share_ = 0.0f;
   Vec3 ng_world_{0, 0, 1}, ns_world_{0, 0, 1};
+  BumpShadowing bump_shadowing_ = BumpShadowing::cubic;
   Color transparency_{0.0f}, emission_{0.0f}, holdout_{0.0f};
   mutable Shares shares_;
   mutable Vec3 shares_wi_world_{0.0f};  ///< that shares_ belong to; zero: none

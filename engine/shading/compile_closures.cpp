@@ -166,15 +166,12 @@ void principled(Compiler& compiler, int node, const Value& weight) {
   (newer ? principled_2 : principled_1)(compiler, node, weight);
 }
 
-// Whose rules a node follows: 1 Cycles before 4.0, 2 later. Clients set the property where it matters.
-int generation(Compiler& compiler, int node) { return compiler.property(node, "generation", 1.0f) >= 2.0f ? 2 : 1; }
-
 void simple(Compiler& compiler, int node, const Value& weight, ClosureKind kind, const Parameters& parameters,
             GlossModel model = GlossModel::ggx) {
   ClosureUse use{};
   use.kind = kind;
   use.model = model;
-  use.raw_diffuse_normal = generation(compiler, node) == 2;
+  use.raw_diffuse_normal = compiler.follows(400);
   Normals normals;
   if (kind != ClosureKind::transparent) normals.add(compiler, node, use, "Normal");
   compiler.add_closure(use, weight, normals.values, parameters.values());
@@ -272,7 +269,7 @@ const std::map<std::string, ClosureNode>& closure_nodes() {
                 Parameters(c, n)
                     .color("Color", Color(0.8f))
                     .number("Roughness", 0.0f)
-                    .constant(c.property(n, "energy_compensation", 0.0f) + 1.0f));
+                    .constant(c.follows(403) ? 2.0f : 1.0f));
        }},
       {"BsdfGlossy", glossy},
       {"BsdfAnisotropic", glossy},
@@ -284,7 +281,7 @@ const std::map<std::string, ClosureNode>& closure_nodes() {
                     .color("Color", Color(1.0f))
                     .number("Roughness", 0.0f)
                     .number("IOR", 1.45f)
-                    .constant(static_cast<float>(generation(c, n))),
+                    .constant(c.follows(400) ? 2.0f : 1.0f),
                 gloss_model(c, n, "GGX"));
        }},
       {"BsdfRefraction",

@@ -493,7 +493,7 @@ TypedValue vector_transform(Compiler& c, int n, S, int shift) {
   constexpr int k_spaces[] = {1, 0, 2};
   const int kind = c.choice(n, "vector_type", {"VECTOR", "POINT", "NORMAL"});
   // Normals: Cycles before 5.0 takes them for directions.
-  const int rule = kind == 2 && c.property(n, "generation", 1.0f) >= 2.0f ? 3 : kind;
+  const int rule = kind == 2 && c.follows(500) ? 3 : kind;
   return vector_of(c.expressions().operation(Op::vector_transform, from + 3 * k_spaces[to] + 9 * rule, {v}, 3));
 }
 
@@ -523,7 +523,9 @@ TypedValue normal_map(Compiler& c, int n, S, int) {
   std::vector<Value> arguments{c.color(n, "Color", Color(0.5f, 0.5f, 1.0f), 0), c.number(n, "Strength", 1, 0),
                                c.normal(0)};
   if (space == 0) arguments.push_back(c.attribute(AttributeRequest::Kind::tangent, c.text(n, "uv_map", ""), 0));
-  return vector_of(c.expressions().operation(Op::normal_map, space, arguments, 3));
+  const bool newer = c.follows(400), directx = c.text(n, "convention", "OPENGL") == "DIRECTX";
+  return vector_of(c.expressions().operation(
+      Op::normal_map, space + (newer ? k_normal_map_newer : 0) + (directx ? k_normal_map_directx : 0), arguments, 3));
 }
 
 TypedValue bump(Compiler& c, int n, S, int) {
@@ -532,8 +534,10 @@ TypedValue bump(Compiler& c, int n, S, int) {
   const Value h = c.number(n, "Height", 1, 0), hx = c.number(n, "Height", 1, 1), hy = c.number(n, "Height", 1, 2);
   if (h == hx && h == hy) return vector_of(normal);
   c.program().traits.needs_differentials = true;
+  const Value width = c.number(n, "Filter Width", 1.0f, 0);
+  c.filter_bumps(c.expressions().is_constant(width) ? *c.expressions().constant(width) : 1.0f);
   return vector_of(c.expressions().operation(
-      Op::bump, (c.flag(n, "invert", false) ? 1 : 0) | (c.property(n, "generation", 1.0f) >= 2.0f ? 2 : 0),
+      Op::bump, (c.flag(n, "invert", false) ? k_bump_inverted : 0) | (c.follows(400) ? k_bump_newer : 0),
       {normal, c.number(n, "Strength", 1, 0), c.number(n, "Distance", 1, 0), h, hx, hy}, 3));
 }
 

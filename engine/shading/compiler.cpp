@@ -111,6 +111,12 @@ float Compiler::finite(int index, const char* socket, float x, float otherwise) 
   return otherwise;
 }
 
+void Compiler::filter_bumps(float width_px) {
+  const float width = std::isfinite(width_px) ? std::clamp(width_px, 1e-3f, 100.0f) : 1.0f;
+  program_->bump_filter_width = bump_is_filtered_ ? std::min(program_->bump_filter_width, width) : width;
+  bump_is_filtered_ = true;
+}
+
 Value Compiler::number(int index, const char* socket, float otherwise, int shift) {
   const GraphValue* input = find_input(index, socket);
   if (!input) return expressions_.number(otherwise);
@@ -391,8 +397,10 @@ std::shared_ptr<const Program> Compiler::compile() {
     const Value h = height(here), hx = height(output(*graph_.displacement, 1)),
                 hy = height(output(*graph_.displacement, 2));
     if (!(h == hx && h == hy)) {
-      bumped_normal_ =
-          expressions_.operation(Op::bump, 0, {n, expressions_.number(1.0f), expressions_.number(1.0f), h, hx, hy}, 3);
+      filter_bumps(follows(405) ? 0.1f : 1.0f);
+      const int variant = follows(400) ? k_bump_newer : 0;
+      bumped_normal_ = expressions_.operation(Op::bump, variant,
+                                              {n, expressions_.number(1.0f), expressions_.number(1.0f), h, hx, hy}, 3);
       program_->traits.needs_differentials = true;
       memo_.clear();  // values that used the unbumped normal
     }
@@ -410,6 +418,10 @@ std::shared_ptr<const Program> Compiler::compile() {
 
 std::shared_ptr<const Program> Compiler::finish() {
   ProgramTraits& traits = program_->traits;
+  program_->bump_shadowing = !graph_.bump_map_correction ? BumpShadowing::none
+                             : follows(405)              ? BumpShadowing::masking
+                                                         : BumpShadowing::cubic;
+  program_->correlated_masking = follows(305);
   // Constants need no code: their lobes are ready.
   for (auto* list : {&surface_})
     for (Expressions::Closure& closure : *list) {

@@ -61,6 +61,10 @@ class Compiler {
   /// Index in `names` of a property's text; reports an unknown one and returns 0.
   int choice(int node, const char* property, const std::vector<const char*>& names);
 
+  /// Cycles' rules of that version (ShaderGraph::cycles_version) hold.
+  bool follows(int version) const { return graph_.cycles_version >= version; }
+  /// Slopes are taken over this many pixels; a program with several has the least of them.
+  void filter_bumps(float width_px);
   Value attribute(AttributeRequest::Kind kind, const std::string& name, int shift);
   // What unconnected inputs stand for
   Value uv(int shift);
@@ -100,6 +104,7 @@ class Compiler {
     auto operator<=>(const MemoKey&) const = default;
   };
 
+  bool bump_is_filtered_ = false;
   const ShaderGraph& graph_;
   Subject subject_;
   std::string name_;

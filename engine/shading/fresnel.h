@@ -54,6 +54,23 @@ inline Color fresnel_f82(float cosine, const Color& f0, const Color& f82) {
   return Color(std::clamp(f.x, 0.0f, 1.0f), std::clamp(f.y, 0.0f, 1.0f), std::clamp(f.z, 0.0f, 1.0f));
 }
 
+/// Its mean over all angles, weighted by their cosine.
+inline Color fresnel_f82_mean(const Color& f0, const Color& f82) {
+  // Of Schlick's rise the mean is 1/21, of cos·(1 − cos)^6 1/126
+  constexpr float k_cos = 1.0f / 7.0f, k_w5 = 0.46266436f, k_w6 = 0.39656944f;
+  const Color b = lerp(f0, Color(1.0f), k_w5) * (Color(1.0f) - f82) * (1.0f / (k_cos * k_w6));
+  const Color f = lerp(f0, Color(1.0f), 1.0f / 21.0f) - b * (1.0f / 126.0f);
+  return Color(std::clamp(f.x, 0.0f, 1.0f), std::clamp(f.y, 0.0f, 1.0f), std::clamp(f.z, 0.0f, 1.0f));
+}
+
+/// Mean dielectric reflectance over all angles, weighted by their cosine (fit of Kulla & Conty 2017, "Revisiting
+/// Physically Based Shading at Imageworks").
+inline float fresnel_dielectric_mean(float eta) {
+  const float f = eta < 1.0f ? 0.997118f + eta * (0.1014f - eta * (0.965241f + 0.130607f * eta))
+                             : (eta - 1.0f) / (4.08567f + 1.00071f * eta);
+  return std::clamp(f, 0.0f, 1.0f);
+}
+
 /// Direction refracted at a facet with unit normal m (dot(w, m) > 0), away from the surface; false beyond the critical
 /// angle.
 inline bool refract(const Vec3& w, const Vec3& m, float eta, Vec3& refracted) {

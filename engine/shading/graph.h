@@ -38,7 +38,9 @@ struct GraphNode {
 struct ShaderGraph {
   std::vector<GraphNode> nodes;
   std::optional<GraphLink> surface, displacement, volume;
-  std::vector<int> aovs;  ///< nodes of type OutputAOV
+  std::vector<int> aovs;            ///< nodes of type OutputAOV
+  int cycles_version = 304;         ///< whose rules the nodes follow: 100 · major + minor
+  bool bump_map_correction = true;  ///< bumped diffuse surfaces darken towards the smooth surface's terminator
 };
 
 /// Texture of an image id; null if there is no such image (reported by the compiler, pink).

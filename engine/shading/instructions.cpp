@@ -16,10 +16,11 @@ namespace {
 
 void store(float* out, const Vec3& v) { out[0] = v.x, out[1] = v.y, out[2] = v.z; }
 
-Vec3 position_at(const ShadingPoint& point, int shift, bool world) {
-  if (world) return point.wi_world * -1.0f;
+// @param shift 0 here, 1 or 2 a step further that bumps need
+Vec3 position_at(const ShadingPoint& point, int shift, const ProgramData& program) {
+  if (program.world) return point.wi_world * -1.0f;
   const Vec3 p = point.p_world + point.origin_shift;
-  return shift == 1 ? p + point.dpdx_world : shift == 2 ? p + point.dpdy_world : p;
+  return shift ? p + (shift == 1 ? point.dpdx_world : point.dpdy_world) * program.bump_filter_width : p;
 }
 
 // Normals go to object space with the transposed world_from_object, to world space with the transposed inverse.
@@ -171,10 +172,12 @@ Vec3 camera_position(const ShadingPoint& point, bool world) {
                : point.view->camera_from_world.point(point.p_world);
 }
 
-Vec3 window_position(const ShadingPoint& point, int shift, bool world) {
+Vec3 window_position(const ShadingPoint& point, int shift, const ProgramData& program) {
   if (!point.view) return Vec3(0.0f);
-  Vec3 p = camera_position(point, world);
-  if (shift && !world) p += point.view->camera_from_world.vector(shift == 1 ? point.dpdx_world : point.dpdy_world);
+  Vec3 p = camera_position(point, program.world);
+  if (shift && !program.world)
+    p += point.view->camera_from_world.vector(shift == 1 ? point.dpdx_world : point.dpdy_world) *
+         program.bump_filter_width;
   const float scale = point.view->perspective ? safe_divide(1.0f, p.z) : 1.0f;
   return {point.view->window_offset.x + point.view->window_scale.x * p.x * scale,
           point.view->window_offset.y + point.view->window_scale.y * p.y * scale, 0.0f};
@@ -212,8 +215,11 @@ void look_up_table(const std::vector<float>& table, int width, float x, float* o
   for (int k = 0; k < width; ++k) out[k] = lerp(table[row * width + k], table[next * width + k], scaled - row);
 }
 
-Vec3 normal_map(NormalSpace space, const ShadingPoint& point, const Arguments& a) {
+Vec3 normal_map(int variant, const ShadingPoint& point, const Arguments& a) {
+  const auto space = static_cast<NormalSpace>(variant % k_normal_map_newer);
+  const bool newer = variant & k_normal_map_newer;
   Vec3 color = a.v(0) * 2.0f - Vec3(1.0f);
+  if (variant & k_normal_map_directx) color.y = -color.y;
   float strength = a.f(1);
   const Vec3 ns = a.v(2);
   Vec3 n;
@@ -223,6 +229,10 @@ Vec3 normal_map(NormalSpace space, const ShadingPoint& point, const Arguments& a
     const Vec3 t_world(tangent[0], tangent[1], tangent[2]);
     if (length_squared(t_world) == 0.0f) return ns;
     const Vec3 t = point.object_from_world ? normalize(point.object_from_world->vector(t_world)) : t_world;
+    if (newer) {
+      color = {color.x * strength, color.y * strength, lerp(1.0f, color.z, saturate(strength))};
+      strength = 1.0f;
+    }
     const Vec3 normal = object_normal(point, point.backfacing ? point.ns_world * -1.0f : point.ns_world);
     const float sign = point.world_from_object && point.world_from_object->mirrors() ? -tangent[3] : tangent[3];
     n = world_normal(point, t * color.x + cross(normal, t) * (sign * color.y) + normal * color.z);
@@ -237,11 +247,11 @@ Vec3 normal_map(NormalSpace space, const ShadingPoint& point, const Arguments& a
   return length_squared(n) > 0.0f ? n : ns;
 }
 
-// @param bent as Cycles before 4.0: towards what can mirror the view
-Vec3 bump(bool invert, bool bent, const ShadingPoint& point, const Arguments& a) {
+Vec3 bump(int variant, const ShadingPoint& point, const Arguments& a) {
   // Mikkelsen 2010, "Bump Mapping Unparametrized Surfaces on the GPU", with heights one footprint apart
   const Vec3 n = a.v(0);
-  const float strength = std::max(a.f(1), 0.0f), distance = invert ? -a.f(2) : a.f(2);
+  const float strength = std::max(a.f(1), 0.0f),
+              distance = (variant & k_bump_inverted ? -a.f(2) : a.f(2)) / a.program.bump_filter_width;
   const float h = a.f(3), hx = a.f(4), hy = a.f(5);
   // What a footprint of 1e-4 m needs would underflow in the determinant: work in footprints.
   const float size = std::max(length(point.dpdx_world), length(point.dpdy_world));
@@ -254,7 +264,7 @@ Vec3 bump(bool invert, bool bent, const ShadingPoint& point, const Arguments& a)
   if (length_squared(bumped) == 0.0f) return n;
   bumped = normalize(bumped * strength + n * (1.0f - strength));
   if (length_squared(bumped) == 0.0f) return n;
-  return bent ? valid_reflection_normal(point.ng_world, point.wi_world, bumped) : bumped;
+  return variant & k_bump_newer ? bumped : valid_reflection_normal(point.ng_world, point.wi_world, bumped);
 }
 
 Vec3 default_tangent(const ShadingPoint& point, const float* generated) {
@@ -272,7 +282,7 @@ void run_instruction(const ProgramData& program, const Instruction& instruction,
   const int variant = instruction.variant;
   switch (instruction.op) {
     case Op::position:
-      store(out, position_at(point, variant, program.world));
+      store(out, position_at(point, variant, program));
       break;
     case Op::normal:
       store(out, program.world ? point.wi_world : point.ns_world);
@@ -298,13 +308,13 @@ void run_instruction(const ProgramData& program, const Instruction& instruction,
     case Op::attribute: {
       const AttributeValue& value = point.attributes[instruction.data];
       Vec4 v = value.value;
-      if (variant) v += variant == 1 ? value.ddx : value.ddy;
+      if (variant) v += (variant == 1 ? value.ddx : value.ddy) * program.bump_filter_width;
       store(out, {v.x, v.y, v.z});
       out[3] = v.w;
       break;
     }
     case Op::object_position: {
-      const Vec3 p = position_at(point, variant, program.world);
+      const Vec3 p = position_at(point, variant, program);
       store(out, point.object_from_world && !program.world ? point.object_from_world->point(p) : p);
       break;
     }
@@ -343,7 +353,7 @@ void run_instruction(const ProgramData& program, const Instruction& instruction,
       store(out, camera_position(point, program.world));
       break;
     case Op::window_position:
-      store(out, window_position(point, variant, program.world));
+      store(out, window_position(point, variant, program));
       break;
     case Op::object_color:
       for (int k = 0; k < 4; ++k) out[k] = point.object_color ? (*point.object_color)[k] : 1.0f;
@@ -541,10 +551,10 @@ void run_instruction(const ProgramData& program, const Instruction& instruction,
       break;
     }
     case Op::normal_map:
-      store(out, normal_map(static_cast<NormalSpace>(variant), point, a));
+      store(out, normal_map(variant, point, a));
       break;
     case Op::bump:
-      store(out, bump(variant & 1, !(variant & 2), point, a));
+      store(out, bump(variant, point, a));
       break;
     case Op::normal_dot:
       *out = dot(normalize(a.v(0)), normalize(a.v(1)));

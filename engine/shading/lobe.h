@@ -53,6 +53,14 @@ enum class SubsurfaceMethod : uint8_t {
   skin,          ///< RANDOM_WALK_SKIN: either entry; the radius as random_walk's
 };
 
+/// How diffuse lobes whose normal is not the surface's darken towards the smooth surface's terminator, which would else
+/// cut them off hard.
+enum class BumpShadowing : uint8_t {
+  cubic,    ///< Chiang, Li & Burley 2019 (Cycles before 4.5)
+  masking,  ///< Conty Estevez, Lecocq & Stein 2019: GGX's masking (Cycles from 4.5 on)
+  none,
+};
+
 enum class FresnelMode : uint8_t {
   none,        ///< 1: the weight is the colour
   dielectric,  ///< dielectric at the microfacet
@@ -63,8 +71,8 @@ enum class FresnelMode : uint8_t {
 /// One weighted lobe. Invariants: n unit; alpha in [0, 1]; eta > 0; all finite (Bsdf::add ensures them).
 struct Lobe {
   Color weight{1.0f};
-  Vec3 n{0, 0, 1};                       ///< lobe normal in world space, on the side of the walk's `wi`
-  Vec3 tangent{0.0f};                    ///< world direction of alpha_x; zero: isotropic
+  Vec3 n{0, 0, 1};     ///< lobe normal in world space, on the side of the walk's `wi`; of diffuse lobes perhaps not
+  Vec3 tangent{0.0f};  ///< world direction of alpha_x; zero: isotropic
   float alpha_x = 1.0f, alpha_y = 1.0f;  ///< microfacet slopes' scale; both below k_delta_alpha: delta
   float eta = 1.0f;                      ///< index beyond the surface over index on n's side
   float param = 0.0f;                    ///< see LobeKind
@@ -78,6 +86,9 @@ struct Lobe {
   bool macro_fresnel = false;
   bool energy_compensation =
       false;  ///< restores what single scattering loses (multiscatter GGX, Oren–Nayar), tinted by f0
+  /// Microfacets: masking and shadowing are correlated by height (Heitz 2014, eq. 99; Cycles from 3.5 on), else
+  /// separable.
+  bool correlated_masking = false;
   SubsurfaceMethod subsurface = SubsurfaceMethod::fixed_radius;
   bool diffuse_after_diffuse = false;  ///< subsurface: paths that met a diffuse surface before see a diffuse lobe
 };

@@ -78,6 +78,28 @@ inline Color facet_reflectance(const Lobe& lobe, float cos_facet, float eta) {
   return Color(1.0f);
 }
 
+/// Its mean over all angles, weighted by their cosine.
+inline Color mean_facet_reflectance(const Lobe& lobe, float eta) {
+  switch (lobe.fresnel) {
+    case FresnelMode::none:
+      return lobe.f0;
+    case FresnelMode::dielectric:
+      return Color(fresnel_dielectric_mean(eta));
+    case FresnelMode::schlick: {
+      const float f0 = fresnel_normal(eta);
+      return lerp(lobe.f0, lobe.f90, f0 < 1.0f ? saturate((fresnel_dielectric_mean(eta) - f0) / (1.0f - f0)) : 0.0f);
+    }
+    case FresnelMode::f82:
+      return fresnel_f82_mean(lobe.f0, lobe.f90);
+  }
+  return Color(1.0f);
+}
+
+/// Share of the light that leaves two sides' directions unmasked; g_a and g_b are Smith's factors of each.
+inline float masking(const Lobe& lobe, float g_a, float g_b) {
+  return lobe.correlated_masking ? g_a * g_b / (g_a + g_b - g_a * g_b) : g_a * g_b;
+}
+
 /// Factor at the macroscopic normal, and multiscatter compensation: functions of the camera's cosine alone, so the same
 /// for both directions of transport.
 inline Color camera_factor(const Lobe& lobe, float cos_camera) {
@@ -88,8 +110,11 @@ inline Color camera_factor(const Lobe& lobe, float cos_camera) {
   }
   if (lobe.energy_compensation) {
     const float alpha = std::sqrt(lobe.alpha_x * lobe.alpha_y), c = std::fabs(cos_camera);
+    const float eta = eta_seen_from(lobe, cos_camera);
     if (lobe.kind == LobeKind::glass) {
-      factor *= 1.0f / ggx_glass_albedo(c, alpha, eta_seen_from(lobe, cos_camera));
+      factor *= 1.0f / ggx_glass_albedo(c, alpha, eta, lobe.correlated_masking);
+    } else if (lobe.correlated_masking) {
+      factor *= ggx_compensation(c, alpha, mean_facet_reflectance(lobe, eta));
     } else {
       // Facets are met at all angles: of the rise towards grazing, the cosine-weighted mean of Schlick's is 1/21.
       const Color reflectance = lobe.fresnel == FresnelMode::none ? lobe.f0 : lerp(lobe.f0, lobe.f90, 1.0f / 21.0f);
@@ -182,7 +207,8 @@ inline LobeValue eval_rough_reflection(const Lobe& lobe, const Vec3& wi, const V
   } else {
     reflectance = facet_reflectance(lobe, cos_m, eta);
   }
-  value.f_cos = reflectance * camera_factor(lobe, camera_cos * side) * (d * g_wi * g_wo / (4.0f * camera_cos));
+  value.f_cos =
+      reflectance * camera_factor(lobe, camera_cos * side) * (d * masking(lobe, g_wi, g_wo) / (4.0f * camera_cos));
   if (facets.distribution == Distribution::gtr1) {
     value.pdf_solid_angle = value.pdf_reverse_solid_angle = d * m.z / (4.0f * cos_m);
   } else {
@@ -225,7 +251,7 @@ inline LobeValue eval_rough_refraction(const Lobe& lobe, const Vec3& wi, const V
   const float jacobian_light = camera_is_wi ? jacobian_wo : jacobian_wi;
   const float camera_m = camera_is_wi ? wi_m : -wo_m;
   value.f_cos = tint * camera_factor(lobe, camera_cos) *
-                (transmitted * d * g_wi * g_wo * camera_m * jacobian_light / std::fabs(camera_cos));
+                (transmitted * d * masking(lobe, g_wi, g_wo) * camera_m * jacobian_light / std::fabs(camera_cos));
   value.pdf_solid_angle = prob_wi * g_wi * d * wi_m / std::fabs(wi.z) * jacobian_wo;
   value.pdf_reverse_solid_angle = prob_wo * g_wo * d * -wo_m / std::fabs(wo.z) * jacobian_wi;
   return value;
@@ -345,7 +371,7 @@ inline LobeSample sample_lobe(const Lobe& lobe, const Vec3& wi, float u_choice, 
     sample.valid = sample.transmitted = true;
     return sample;
   }
-  if (wi.z <= 0.0f) return sample;
+  if (wi.z <= 0.0f && lobe.kind != LobeKind::diffuse) return sample;
   if (is_stylized(lobe.kind)) {
     sample.valid = sample_stylized(lobe, wi, u, sample.wo);
     sample.transmitted = lobe.kind == LobeKind::hair_transmission;

@@ -53,9 +53,10 @@ void add_closure(const ProgramData& program, const Instruction& instruction, con
   if (use.raw_diffuse_normal) {
     const Vec3 raw =
         use.has_normal ? vector_at(program, registers, program.operands[instruction.operands + 1]) : point.ns_world;
-    // One that looks away stays bent: a lobe is on the side of the view.
-    if (is_finite(raw) && dot(raw, point.wi_world) > 0.0f) diffuse_normal = normalize(raw);
+    if (is_finite(raw) && length_squared(raw) > 0.0f) diffuse_normal = normalize(raw);
   }
+  // One that looks away stays bent where a lobe has to be on the side of the view.
+  const bool looks_away = dot(diffuse_normal, point.wi_world) <= 0.0f;
   if (use.has_tangent) tangent = vector_at(program, registers, *operand++);
 
   const auto add = [&](const LobeTemplates& templates, bool sanitized) {
@@ -65,7 +66,9 @@ void add_closure(const ProgramData& program, const Instruction& instruction, con
       const LobeTemplates::Entry& entry = templates.entries[i];
       Lobe lobe = entry.lobe;
       lobe.weight *= weight;
-      lobe.n = entry.coat ? coat_normal : is_diffuse(lobe.kind) ? diffuse_normal : n;
+      lobe.correlated_masking = program.correlated_masking;
+      lobe.n = entry.coat ? coat_normal : n;
+      if (is_diffuse(lobe.kind) && (!looks_away || lobe.kind == LobeKind::diffuse)) lobe.n = diffuse_normal;
       if (entry.anisotropic)
         lobe.tangent = entry.rotation != 0.0f ? rotate_around_axis(tangent, n, entry.rotation * 2.0f * k_pi) : tangent;
       sink.bsdf.add_sanitized(sanitized ? lobe : Bsdf::sanitized(lobe));
@@ -151,6 +154,7 @@ std::span<const AttributeRequest> Program::attribute_requests() const { return d
 
 void Program::evaluate(const ShadingPoint& point, const TextureSystem* textures, Bsdf& bsdf) const {
   bsdf.begin(point);
+  bsdf.set_bump_shadowing(data_->bump_shadowing);
   const int floats = data_->surface.register_floats;
   if (floats <= 64)
     run_surface<64>(*data_, point, textures, bsdf);

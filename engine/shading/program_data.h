@@ -203,6 +203,11 @@ enum class MappingType : uint8_t { point, texture, vector, normal };
 enum class RotateType : uint8_t { axis_angle, x, y, z, euler };
 enum class ColorModel : uint8_t { rgb_to_hsv, hsv_to_rgb, rgb_to_hsl, hsl_to_rgb };
 enum class NormalSpace : uint8_t { tangent, object, world, blender_object, blender_world };
+/// Bits of a bump's variant: heights are depths; normals are not bent towards the view (Cycles from 4.0 on).
+inline constexpr int k_bump_inverted = 1, k_bump_newer = 2;
+/// Added to a normal map's space in its variant: strength acts on the colour (tangent space, Cycles from 4.0 on); green
+/// points down.
+inline constexpr int k_normal_map_newer = 8, k_normal_map_directx = 16;
 enum class GradientType : uint8_t { linear, quadratic, easing, diagonal, spherical, quadratic_sphere, radial };
 enum class ImageProjection : uint8_t { flat, box, sphere, tube, equirectangular, mirror_ball };
 
@@ -263,6 +268,9 @@ class ProgramData {
   std::vector<VoronoiParameters> voronois;
   std::vector<AttributeRequest> requests;
   ProgramTraits traits;
+  BumpShadowing bump_shadowing = BumpShadowing::cubic;
+  bool correlated_masking = false;  ///< of microfacet lobes
+  float bump_filter_width = 1.0f;   ///< pixels between the points whose heights give slopes
 };
 
 inline constexpr int k_max_registers = 4096;  ///< floats: 16 KiB of stack

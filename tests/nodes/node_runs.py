@@ -32,7 +32,7 @@ def run(folder, kinds, nodes=None, every=1, samples=None, timeout_s=3600):
         found = compare.read_cases(folder, kind)
         version = found["blender"]
         for verdict in compare.verdicts_of(folder, kind) if found["cases"] else []:
-            verdict.note = "" if verdict.agrees else known_differences.reason(verdict.case)
+            verdict.note = "" if verdict.agrees else known_differences.reason(verdict.case, version)
             verdicts.append(verdict)
     return version, verdicts
 

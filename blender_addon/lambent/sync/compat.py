@@ -23,12 +23,8 @@ LONG_PASS_NAMES = bpy.app.version >= (5, 0, 0)
 # The Voronoi Texture hashes its cells as whole numbers since 5.0, so that its patterns are others.
 VORONOI_HASHES_CELLS = bpy.app.version >= (5, 0, 0)
 
-# Glass scatters at its facets, and only what mirrors has its normals bent towards the view.
-CLOSURES_OF_CYCLES_4 = bpy.app.version >= (4, 0, 0)
-# Rough diffuse surfaces return what single scattering loses.
-ROUGH_DIFFUSE_COMPENSATES = bpy.app.version >= (4, 3, 0)
-# Vector Transform takes normals for normals, not for directions.
-TRANSFORMS_NORMALS = bpy.app.version >= (5, 0, 0)
+# Whose rules shaders follow, as the daemon counts versions of Cycles.
+CYCLES_VERSION = 100 * bpy.app.version[0] + bpy.app.version[1]
 
 
 def _layer_panel(name):
@@ -177,6 +173,11 @@ def displacement_method(material):
         return material.displacement_method
     cycles = getattr(material, "cycles", None)
     return getattr(cycles, "displacement_method", "BUMP")
+
+
+def bump_map_correction(material):
+    """Whether bumped diffuse surfaces darken towards the terminator: a switch of Cycles' since 4.2."""
+    return getattr(getattr(material, "cycles", None), "use_bump_map_correction", True)
 
 
 def aov_name(node):

@@ -18,6 +18,7 @@ def export_graph(edits, datablock, outputs, aovs=frozenset()):
     graph = builder.build(datablock.node_tree, outputs, aovs)
     if graph is None:
         return None
+    graph["cycles_version"] = compat.CYCLES_VERSION
     if "volume" in graph["outputs"]:
         _replace_volume(edits, datablock, builder, graph)
     return graph
@@ -52,6 +53,8 @@ def _put_material(edits, material, identifier):
         if graph is not None and "displacement" in graph["outputs"] and compat.displacement_method(material) != "BUMP":
             edits.unsupported(name, f"{name}: true displacement is not supported; it is shaded as bump")
         graph = graph or {"nodes": [], "outputs": {}}
+        if not compat.bump_map_correction(material):
+            graph["bump_map_correction"] = False
     else:
         graph = _single_node("BsdfDiffuse", "BSDF", {"Color": list(material.diffuse_color)[:3], "Roughness": 0.0})
     # Cryptomatte goes by the name without the library.

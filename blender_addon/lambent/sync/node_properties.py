@@ -40,22 +40,6 @@ def _principled(node, found):
     found["generation"] = 2 if "Subsurface Weight" in node.inputs else 1
 
 
-def _closure(_node, found):
-    if compat.CLOSURES_OF_CYCLES_4:
-        found["generation"] = 2
-
-
-def _diffuse(node, found):
-    _closure(node, found)
-    if compat.ROUGH_DIFFUSE_COMPENSATES:
-        found["energy_compensation"] = 1
-
-
-def _vector_transform(_node, found):
-    if compat.TRANSFORMS_NORMALS:
-        found["generation"] = 2
-
-
 def _normal(node, found):
     # The direction is kept as the default of the output.
     found["direction"] = list(node.outputs["Normal"].default_value)
@@ -89,11 +73,6 @@ def _aov(node, found):
 _SPECIAL = {
     "ShaderNodeOutputAOV": _aov,
     "ShaderNodeBsdfPrincipled": _principled,
-    "ShaderNodeBsdfDiffuse": _diffuse,
-    "ShaderNodeVectorTransform": _vector_transform,
-    **dict.fromkeys(
-        ("ShaderNodeBsdfGlass", "ShaderNodeBsdfSheen", "ShaderNodeBsdfToon", "ShaderNodeBsdfTranslucent", "ShaderNodeBump"), _closure
-    ),
     "ShaderNodeNormal": _normal,
     "ShaderNodeTexVoronoi": _voronoi,
     "ShaderNodeTexIES": _light_profile,

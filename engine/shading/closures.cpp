@@ -3,6 +3,7 @@
 
 #include "engine/shading/albedo_table.h"
 #include "engine/shading/fresnel.h"
+#include "engine/shading/sheen.h"
 #include "engine/shading/subsurface.h"
 
 namespace lambent {
@@ -214,8 +215,7 @@ void make_principled_2(const Principled2& p, GlossModel model, bool backfacing, 
   if (p.sheen > k_cutoff) {
     const Color tint = clamp_color(p.sheen_tint, 1e30f) * p.sheen;
     templates.add(LobeKind::sheen, tint).alpha_x = clamp01(p.sheen_roughness);
-    // The lobe's albedo as lobe_albedo() estimates it
-    weight = layered(weight, clamp_color(tint * (0.1f + 0.6f * schlick_weight(cos_view)), 1.0f));
+    weight = layered(weight, clamp_color(tint * SheenFit(cos_view, p.sheen_roughness).albedo, 1.0f));
   }
   if (p.coat > k_cutoff) {
     Lobe& lobe = templates.add(LobeKind::reflection, weight * p.coat);

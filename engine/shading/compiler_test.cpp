@@ -212,6 +212,56 @@ TEST(Compiler, bump_asks_for_differentials_and_turns_the_normal_against_the_slop
   EXPECT_NEAR(n.z, std::sqrt(0.5f), 1e-3f);
 }
 
+TEST(Compiler, slopes_do_not_depend_on_the_filter_of_bumps) {
+  for (const float width : {1.0f, 0.1f, 3.0f}) {
+    const Compiled compiled(
+        make_graph({make_node("TexCoord"), make_node("SeparateXYZ", {{"Vector", GraphLink{0, "Object"}}}),
+                    make_node("Bump", {{"Height", GraphLink{1, "X"}}, {"Filter Width", width}}),
+                    make_node("BsdfDiffuse", {{"Normal", GraphLink{2, "Normal"}}})}));
+    ShadingPoint point;
+    point.wi_world = normalize(Vec3(-0.5f, 0, 0.9f));
+    point.dpdx_world = {1e-3f, 0, 0};
+    point.dpdy_world = {0, 1e-3f, 0};
+    EXPECT_NEAR(compiled.bsdf(point).lobes()[0].n.x, -std::sqrt(0.5f), 1e-3f) << width;
+  }
+}
+
+TEST(Compiler, nodes_follow_the_rules_of_the_version_of_cycles) {
+  // A normal far from the view: bent before 4.0, but for what mirrors it stays
+  ShaderGraph graph = make_graph(
+      {make_node("NormalMap", {{"Color", GraphNumbers{1.0f, 0.5f, 0.6f}}}, {{"space", std::string("WORLD")}}),
+       make_node("BsdfDiffuse", {{"Normal", GraphLink{0, "Normal"}}}),
+       make_node("BsdfAnisotropic", {{"Roughness", 0.5f}, {"Normal", GraphLink{0, "Normal"}}}),
+       make_node("AddShader", {{"Shader", GraphLink{1, "BSDF"}}, {"Shader_001", GraphLink{2, "BSDF"}}})});
+  ShadingPoint point = front_point();
+  point.wi_world = normalize(Vec3(-1.0f, 0, 0.15f));
+  const Vec3 raw = normalize(Vec3(1.0f, 0.0f, 0.2f));
+  for (const int version : {304, 502}) {
+    graph.cycles_version = version;
+    const Compiled compiled(graph);
+    const Bsdf bsdf = compiled.bsdf(point);
+    ASSERT_EQ(bsdf.lobes().size(), 2u);
+    const Lobe& diffuse = bsdf.lobes()[0];
+    const Lobe& glossy = bsdf.lobes()[1];
+    EXPECT_EQ(length(diffuse.n - raw) < 1e-3f, version >= 400) << version;
+    EXPECT_GT(length(glossy.n - raw), 1e-2f) << version;
+    EXPECT_EQ(glossy.correlated_masking, version >= 305) << version;
+  }
+}
+
+TEST(Compiler, normal_maps_of_the_directx_convention_point_the_other_way) {
+  const auto normal_with = [](const char* convention) {
+    const Compiled compiled(
+        make_graph({make_node("NormalMap", {{"Color", GraphNumbers{0.5f, 0.7f, 0.9f}}},
+                              {{"space", std::string("WORLD")}, {"convention", std::string(convention)}}),
+                    make_node("BsdfDiffuse", {{"Normal", GraphLink{0, "Normal"}}})}));
+    return compiled.bsdf(front_point()).lobes()[0].n;
+  };
+  const Vec3 opengl = normal_with("OPENGL"), directx = normal_with("DIRECTX");
+  EXPECT_GT(opengl.y, 0.1f);
+  EXPECT_NEAR(directx.y, -opengl.y, 1e-5f);
+}
+
 TEST(Compiler, a_displacement_acts_as_bump_on_every_closure) {
   ShaderGraph graph = make_graph({make_node("TexCoord"), make_node("SeparateXYZ", {{"Vector", GraphLink{0, "Object"}}}),
                                   make_node("Displacement", {{"Height", GraphLink{1, "Y"}}, {"Scale", 1.0f}}),

@@ -71,6 +71,13 @@ inline float fresnel_dielectric_mean(float eta) {
   return std::clamp(f, 0.0f, 1.0f);
 }
 
+/// 1 − F of a pair of directions that refract into each other, from both their cosines to the facet (above 0): the same
+/// from either side, and without the cancellation that 1 − F has near the critical angle.
+inline float fresnel_transmitted(float cos_i, float cos_t, float eta) {
+  const float s = cos_i + eta * cos_t, p = eta * cos_i + cos_t;
+  return std::min(2.0f * eta * cos_i * cos_t * (1.0f / (s * s) + 1.0f / (p * p)), 1.0f);
+}
+
 /// Direction refracted at a facet with unit normal m (dot(w, m) > 0), away from the surface; false beyond the critical
 /// angle.
 inline bool refract(const Vec3& w, const Vec3& m, float eta, Vec3& refracted) {

@@ -23,7 +23,7 @@ enum class LobeKind : uint8_t {
   principled_diffuse,  ///< Burley 2012 retro-reflective diffuse (Cycles before 4.0): `param` is roughness
   principled_sheen,    ///< Burley 2012 sheen (Cycles before 4.0)
   velvet,              ///< Ashikhmin & Premoze 2007 (Cycles before 4.0): `param` is sigma in [0.01, 1]
-  sheen,               ///< Estevez & Kulla 2017, standing in for Zeltner et al. 2022 (Cycles from 4.0): alpha_x
+  sheen,               ///< Zeltner et al. 2022 (Cycles from 4.0): alpha_x is the roughness
   principled_retro,    ///< the retro-reflective part of principled_diffuse alone
   principled_exit,  ///< Lambert with the Fresnel factor of light that enters alone: where a principled subsurface walk
                     ///< ends

@@ -11,6 +11,7 @@
 #include "engine/shading/fresnel.h"
 #include "engine/shading/lobe.h"
 #include "engine/shading/microfacet.h"
+#include "engine/shading/sheen.h"
 #include "engine/shading/stylized_lobes.h"
 
 namespace lambent {
@@ -87,7 +88,8 @@ inline Color mean_facet_reflectance(const Lobe& lobe, float eta) {
       return Color(fresnel_dielectric_mean(eta));
     case FresnelMode::schlick: {
       const float f0 = fresnel_normal(eta);
-      return lerp(lobe.f0, lobe.f90, f0 < 1.0f ? saturate((fresnel_dielectric_mean(eta) - f0) / (1.0f - f0)) : 0.0f);
+      return lerp(lobe.f0, lobe.f90,
+                  f0 < 1.0f ? std::clamp((fresnel_dielectric_mean(eta) - f0) / (1.0f - f0), 0.0f, 1.0f) : 0.0f);
     }
     case FresnelMode::f82:
       return fresnel_f82_mean(lobe.f0, lobe.f90);
@@ -159,7 +161,7 @@ inline Color lobe_albedo(const Lobe& lobe, float cos_view) {
     case LobeKind::velvet:
       return Color(0.1f + 0.6f * schlick_weight(c));
     case LobeKind::sheen:
-      return Color(0.1f + 0.6f * schlick_weight(c));
+      return Color(SheenFit(c, lobe.alpha_x).albedo);
     case LobeKind::reflection: {
       const Color f = facet_reflectance(lobe, c, eta_seen_from(lobe, cos_view));
       return lobe.macro_fresnel ? f * fresnel_dielectric(c, eta_seen_from(lobe, cos_view)) : f;
@@ -241,10 +243,10 @@ inline LobeValue eval_rough_refraction(const Lobe& lobe, const Vec3& wi, const V
   float transmitted = 1.0f, prob_wi = 1.0f, prob_wo = 1.0f;
   Color tint(1.0f);
   if (lobe.kind == LobeKind::glass) {
-    const float f = fresnel_dielectric(wi_m, eta);  // equal from both sides
-    transmitted = 1.0f - f;
+    transmitted = fresnel_transmitted(wi_m, -wo_m, eta);
     tint = lobe.f90;
-    prob_wi = prob_wo = 1.0f - glass_prob_reflect(lobe, f);
+    const float t = transmitted * max_component(lobe.f90);
+    prob_wi = prob_wo = t > 0.0f ? t / (t + (1.0f - transmitted) * max_component(lobe.f0)) : 0.0f;
   }
   // Radiance is carried as L/n²: no division by eta² (lobe.h).
   const float camera_cos = camera_is_wi ? wi.z : wo.z;
@@ -329,20 +331,18 @@ inline LobeValue eval_lobe(const Lobe& lobe, const Vec3& wi, const Vec3& wo, boo
       break;
     }
     case LobeKind::sheen: {
-      value.pdf_solid_angle = value.pdf_reverse_solid_angle = 0.5f * k_inv_pi;
-      const Vec3 h = normalize(wi + wo);
-      // Narrower than 0.25 the lobe would return more than it gets at grazing angles
-      const float inv_alpha = 1.0f / std::max(lobe.alpha_x, 0.25f);
-      const float sin2 = std::max(0.0f, 1.0f - h.z * h.z);
-      const float d = (2.0f + inv_alpha) * std::pow(sin2, 0.5f * inv_alpha) * 0.5f * k_inv_pi;
-      f = d / (4.0f * (wi.z + wo.z - wi.z * wo.z));  // Ashikhmin's visibility, as Estevez & Kulla 2017 suggest
-      break;
+      // A function of the light's direction around the camera's: walks from lights sample it evenly.
+      const SheenFit fit(camera.z, lobe.alpha_x);
+      const float density = fit.density(camera, light);
+      value.pdf_solid_angle = camera_is_wi ? density : 0.5f * k_inv_pi;
+      value.pdf_reverse_solid_angle = camera_is_wi ? 0.5f * k_inv_pi : density;
+      value.f_cos = Color(fit.albedo * density);
+      return value;
     }
     default:
       break;
   }
   value.f_cos = Color(f * light.z);
-  static_cast<void>(camera);
   return value;
 }
 
@@ -392,8 +392,10 @@ inline LobeSample sample_lobe(const Lobe& lobe, const Vec3& wi, float u_choice, 
       sample.transmitted = true;
       break;
     case LobeKind::velvet:
-    case LobeKind::sheen:
       sample.wo = sample_uniform_hemisphere(u);
+      break;
+    case LobeKind::sheen:
+      sample.wo = camera_is_wi ? SheenFit(wi.z, lobe.alpha_x).sample(wi, u) : sample_uniform_hemisphere(u);
       break;
     default: {
       const bool delta = is_delta(lobe);

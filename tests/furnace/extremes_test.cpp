@@ -50,6 +50,7 @@ TEST(Extremes, lobes_with_any_parameters_stay_finite_and_not_negative) {
     lobe.fresnel = static_cast<FresnelMode>(static_cast<int>(random.next_1d() * 4));
     lobe.macro_fresnel = random.next_1d() < 0.3f;
     lobe.energy_compensation = random.next_1d() < 0.3f;
+    lobe.correlated_masking = random.next_1d() < 0.5f;
     lobe.alpha_x = extreme(), lobe.alpha_y = extreme(), lobe.eta = extreme(), lobe.param = extreme();
     lobe.f0 = Color(extreme(), extreme(), extreme());
     lobe.f90 = Color(extreme(), extreme(), extreme());

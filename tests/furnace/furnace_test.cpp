@@ -116,25 +116,51 @@ TEST(Furnace, compensated_rough_diffuse_is_white_and_otherwise_between_its_albed
 }
 
 TEST(Furnace, multiscatter_reflection_is_white_within_the_table) {
-  for (const float alpha : {0.1f, 0.3f, 0.6f, 1.0f})
-    for (const float angle : {0.0f, 0.5f, 1.0f, 1.4f}) {
+  for (const bool correlated : {false, true})
+    for (const float alpha : {0.1f, 0.3f, 0.6f, 1.0f})
+      for (const float angle : {0.0f, 0.5f, 1.0f, 1.4f}) {
+        Lobe lobe = make_lobe(LobeKind::reflection, alpha, alpha);
+        lobe.energy_compensation = true;
+        lobe.correlated_masking = correlated;
+        const Estimate estimate = albedo({lobe}, direction(angle, 0.4f));
+        EXPECT_NEAR(estimate.mean.y, 1.0f, 0.015f + 4.0f * estimate.error) << correlated << alpha << " at " << angle;
+      }
+}
+
+TEST(Furnace, correlated_masking_loses_less_than_separable) {
+  for (const float alpha : {0.3f, 1.0f})
+    for (const float angle : {0.3f, 1.2f}) {
       Lobe lobe = make_lobe(LobeKind::reflection, alpha, alpha);
-      lobe.energy_compensation = true;
-      const Estimate estimate = albedo({lobe}, direction(angle, 0.4f));
-      EXPECT_NEAR(estimate.mean.y, 1.0f, 0.015f + 4.0f * estimate.error) << alpha << " at " << angle;
+      const Estimate separable = albedo({lobe}, direction(angle, 0.4f));
+      lobe.correlated_masking = true;
+      const Estimate correlated = albedo({lobe}, direction(angle, 0.4f));
+      EXPECT_GT(correlated.mean.y, separable.mean.y) << alpha << " at " << angle;
+      EXPECT_LT(correlated.mean.y, 1.0f + 4.0f * correlated.error) << alpha << " at " << angle;
+    }
+}
+
+TEST(Furnace, sheen_returns_the_albedo_that_its_layer_takes) {
+  for (const float roughness : {0.1f, 0.4f, 1.0f})
+    for (const float angle : {0.0f, 0.7f, 1.4f}) {
+      const Estimate estimate = albedo({make_lobe(LobeKind::sheen, roughness, roughness)}, direction(angle, 0.4f));
+      const float expected = SheenFit(std::cos(angle), roughness).albedo;
+      EXPECT_NEAR(estimate.mean.y, expected, 2e-3f + 4.0f * estimate.error) << roughness << " at " << angle;
     }
 }
 
 TEST(Furnace, multiscatter_glass_is_white_within_the_table) {
-  for (const float eta : {1.45f, 1.0f / 1.45f})
-    for (const float alpha : {0.1f, 0.3f, 0.6f, 1.0f})
-      for (const float angle : {0.0f, 0.5f, 1.0f, 1.4f}) {
-        Lobe lobe = make_lobe(LobeKind::glass, alpha, alpha);
-        lobe.eta = eta;
-        lobe.energy_compensation = true;
-        const Estimate estimate = albedo({lobe}, direction(angle, 0.4f));
-        EXPECT_NEAR(estimate.mean.y, 1.0f, 0.03f + 4.0f * estimate.error) << eta << " " << alpha << " at " << angle;
-      }
+  for (const bool correlated : {false, true})
+    for (const float eta : {1.45f, 1.0f / 1.45f})
+      for (const float alpha : {0.1f, 0.3f, 0.6f, 1.0f})
+        for (const float angle : {0.0f, 0.5f, 1.0f, 1.4f}) {
+          Lobe lobe = make_lobe(LobeKind::glass, alpha, alpha);
+          lobe.eta = eta;
+          lobe.energy_compensation = true;
+          lobe.correlated_masking = correlated;
+          const Estimate estimate = albedo({lobe}, direction(angle, 0.4f));
+          EXPECT_NEAR(estimate.mean.y, 1.0f, 0.03f + 4.0f * estimate.error)
+              << correlated << eta << " " << alpha << " at " << angle;
+        }
 }
 
 TEST(Furnace, roughness_goes_over_into_the_mirror_without_a_step) {

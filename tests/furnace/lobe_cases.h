@@ -42,7 +42,7 @@ inline std::vector<LobeCase> lobe_cases(float alpha) {
     lobe.param = std::sqrt(alpha);
     add(name, lobe);
   }
-  add("sheen", make_lobe(LobeKind::sheen, alpha, alpha));
+  add("sheen", make_lobe(LobeKind::sheen, alpha, alpha), false);
   for (const auto& [name, kind] : {std::pair{"toon", LobeKind::toon}, {"glossy_toon", LobeKind::glossy_toon}}) {
     Lobe lobe = make_lobe(kind, alpha, alpha);
     lobe.param = std::sqrt(alpha);
@@ -63,6 +63,16 @@ inline std::vector<LobeCase> lobe_cases(float alpha) {
     add(std::string(name) + " reflection", make_lobe(LobeKind::reflection, alpha, alpha, distribution));
   for (const auto& [name, distribution] : {std::pair{"ggx", Distribution::ggx}, {"beckmann", Distribution::beckmann}}) {
     add(std::string(name) + " anisotropic", make_lobe(LobeKind::reflection, alpha, 0.4f * alpha, distribution));
+    Lobe correlated = make_lobe(LobeKind::reflection, alpha, 0.4f * alpha, distribution);
+    correlated.correlated_masking = true;
+    add(std::string(name) + " anisotropic, correlated", correlated);
+    for (const LobeKind kind : {LobeKind::refraction, LobeKind::glass}) {
+      correlated = make_lobe(kind, alpha, alpha, distribution);
+      correlated.eta = 1.45f;
+      correlated.correlated_masking = true;
+      add(std::string(name) + (kind == LobeKind::glass ? " glass" : " refraction") + " eta 1.45, correlated",
+          correlated, false, true);
+    }
     for (const float eta : {1.45f, 1.0f / 1.45f, 1.05f}) {
       const std::string suffix = " eta " + std::to_string(eta);
       Lobe refraction = make_lobe(LobeKind::refraction, alpha, alpha, distribution);

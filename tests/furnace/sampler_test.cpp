@@ -170,7 +170,7 @@ TEST(Sampler, reverse_density_is_the_forward_density_of_the_reversed_walk) {
       const Vec3 wi = uniform_direction(random.next_2d()), wo = uniform_direction(random.next_2d());
       if (std::fabs(wi.z) < 0.02f || std::fabs(wo.z) < 0.02f) continue;
       const BsdfEval forward = plane_bsdf(lobes, wi).eval(wi, wo, Transport::radiance);
-      const BsdfEval reversed = plane_bsdf(lobes, wo).eval(wo, wi, Transport::radiance);
+      const BsdfEval reversed = plane_bsdf(lobes, wo).eval(wo, wi, Transport::importance);
       // Far out in Beckmann's tails the exponent is large: what rounding leaves of the half vector shows at 1%
       const float tolerance = 1e-2f;
       ASSERT_NEAR(forward.pdf_reverse_solid_angle, reversed.pdf_solid_angle,

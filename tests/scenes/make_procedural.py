@@ -13,10 +13,7 @@ import blocks
 
 def heavy(name):
     """A diffuse surface whose colour comes from seven textures."""
-    material = blocks.material(name)
-    tree = material.node_tree
-    nodes, links = tree.nodes, tree.links
-    nodes.clear()
+    material, nodes, links, output = blocks.material(name)
     coordinates = nodes.new("ShaderNodeTexCoord").outputs["Object"]
 
     def texture(kind, output, **inputs):
@@ -46,7 +43,7 @@ def heavy(name):
     color = mixed(fine, mixed(edges, noise, cells), mixed(waves, bricks, mixed(rough, magic, noise)))
     shader = nodes.new("ShaderNodeBsdfDiffuse")
     links.new(color, shader.inputs["Color"])
-    links.new(shader.outputs[0], nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
+    links.new(shader.outputs[0], output.inputs["Surface"])
     return material
 
 

@@ -99,6 +99,28 @@ struct GlassTable {
   }
 };
 
+// Where a dielectric's reflectance at normal incidence is r², its index is (1 + r) / (1 − r); nodes are spaced by the
+// root of r.
+float node_rise_eta(int i) {
+  const float r = sqr(0.97f * static_cast<float>(i) / (k_glass_size - 1));
+  return (1.0f + r) / (1.0f - r);
+}
+
+struct RiseTable {
+  std::array<float, k_glass_size * k_glass_size * k_glass_size> value;
+  RiseTable() {
+    for (int e = 0; e < k_glass_size; ++e)
+      for (int a = 0; a < k_glass_size; ++a)
+        for (int c = 0; c < k_glass_size; ++c) {
+          const float cosine = node_cos(c, k_glass_size), alpha = node_alpha(a, k_glass_size);
+          const float risen = integrate(cosine, alpha, 128, [eta = node_rise_eta(e)](const auto& f, auto& w, auto& m) {
+            return fresnel_rise(dot(w, m), eta) * first_bounce(f, w, m);
+          });
+          value[(e * k_glass_size + a) * k_glass_size + c] = risen / integrate(cosine, alpha, 128, first_bounce);
+        }
+  }
+};
+
 // Position of x in [0, 1] on a grid: index and fraction.
 struct Cell {
   int index;
@@ -157,6 +179,15 @@ Color ggx_compensation(float cos_view, float alpha, const Color& reflectance) {
     factor[k] = 1.0f + further * (1.0f - single) / single;
   }
   return factor;
+}
+
+float ggx_fresnel_rise(float cos_view, float alpha, float eta) {
+  static const RiseTable table;
+  const Cell e(std::sqrt(std::fabs((eta - 1.0f) / (eta + 1.0f))) / 0.97f, k_glass_size);
+  const Cell a(std::sqrt(std::max(alpha, 0.0f)), k_glass_size), c(std::sqrt(std::max(cos_view, 0.0f)), k_glass_size);
+  const float* slice = table.value.data() + e.index * k_glass_size * k_glass_size;
+  return lerp(bilinear(slice, k_glass_size, a, c), bilinear(slice + k_glass_size * k_glass_size, k_glass_size, a, c),
+              e.fraction);
 }
 
 float ggx_glass_albedo(float cos_view, float alpha, float eta, bool correlated) {

@@ -15,6 +15,9 @@ Color ggx_multiscatter_factor(float cos_view, float alpha, const Color& reflecta
 /// The same for masking correlated by height, as Cycles has it since 4.0: what single scattering loses comes back
 /// coloured by the mean reflectance (Kulla & Conty 2017; Turquin 2019).
 Color ggx_compensation(float cos_view, float alpha, const Color& reflectance);
+/// Mean of the dielectric rise towards grazing angles (fresnel_rise) over the facets that a view sees and whose light
+/// leaves: 0 as at normal incidence, 1 as at grazing. What a layer takes from those below it is by this.
+float ggx_fresnel_rise(float cos_view, float alpha, float eta);
 
 /// Likewise for glass: reflection plus refraction with the dielectric Fresnel term at the microfacet.
 /// @param eta index beyond the surface over index on the side of the view, clamped to [1/3, 3].

@@ -195,13 +195,9 @@ void make_principled_1(const Principled1& p, GlossModel model, bool backfacing, 
   }
 }
 
-// Directional albedo of a rough reflection with the given colours at normal incidence and grazing (fit of Karis 2014,
-// "Physically Based Shading on Mobile").
-Color layer_albedo(const Color& f0, float cos_view, float roughness) {
-  const float x = 1.0f - roughness, y = 0.0425f - 0.0275f * roughness;
-  const float z = 1.04f - 0.572f * roughness, w = -0.04f + 0.022f * roughness;
-  const float a = std::min(x * x, std::exp2(-9.28f * std::clamp(cos_view, 0.0f, 1.0f))) * x + y;
-  return clamp_color(f0 * (-1.04f * a + z) + Color(1.04f * a + w), 1.0f);
+// What a rough dielectric layer reflects, were nothing lost between its facets.
+Color layer_albedo(const Color& f0, float eta, float cos_view, float roughness) {
+  return clamp_color(lerp(f0, Color(1.0f), ggx_fresnel_rise(cos_view, sqr(roughness), eta)), 1.0f);
 }
 Color layered(const Color& weight, const Color& albedo) { return weight * (1.0f - clamp01(max_component(albedo))); }
 
@@ -223,7 +219,7 @@ void make_principled_2(const Principled2& p, GlossModel model, bool backfacing, 
     lobe.fresnel = FresnelMode::dielectric;
     set_gloss(lobe, GlossModel::ggx, sqr(clamp01(p.coat_roughness)));
     templates.last().coat = true;
-    const Color albedo = layer_albedo(Color(fresnel_normal(lobe.eta)), cos_view, clamp01(p.coat_roughness));
+    const Color albedo = layer_albedo(Color(fresnel_normal(lobe.eta)), lobe.eta, cos_view, clamp01(p.coat_roughness));
     weight = layered(weight, albedo * clamp01(p.coat));
     // Beer's law along the path refracted into the coat, normalised to normal incidence
     const float depth = 1.0f / safe_sqrt(1.0f - (1.0f - sqr(cos_view)) / sqr(lobe.eta) + 1e-6f);
@@ -262,7 +258,7 @@ void make_principled_2(const Principled2& p, GlossModel model, bool backfacing, 
     lobe.f0 = clamp_color(p.specular_tint * f0, 1.0f);
     set_gloss(lobe, model, sqr(roughness));
     set_aspect(templates, p.anisotropic, p.rotation);
-    weight = layered(weight, layer_albedo(lobe.f0, cos_view, roughness));
+    weight = layered(weight, layer_albedo(lobe.f0, eta, cos_view, roughness));
   }
   if (max_component(weight) > k_cutoff && p.subsurface > k_cutoff) {
     const float share = clamp01(p.subsurface);

@@ -104,9 +104,9 @@ description::SceneDescription shadow_catchers_of(const description::SceneDescrip
                                                  const std::set<std::string>& emissive_objects) {
   description::SceneDescription result = scene;
   for (auto& [id, object] : result.objects) {
-    if (object->mesh.empty() || object->holdout) continue;
+    if (object->mesh.empty()) continue;
     const auto changed = std::make_shared<description::Object>(*object);
-    changed->holdout = !object->shadow_catcher;
+    changed->holdout = object->holdout || !object->shadow_catcher;
     changed->shadow_catcher = false;
     if (bare && changed->holdout && !emissive_objects.contains(object->name)) hide_from_all_but_the_camera(*changed);
     object = changed;

@@ -148,8 +148,8 @@ float look_up(const GlassTable& table, float cos_view, float alpha, float eta) {
 
 }  // namespace
 
-float ggx_reflection_albedo(float cos_view, float alpha) {
-  return bilinear(reflection_table().value.data(), k_size, Cell(std::sqrt(std::max(alpha, 0.0f)), k_size),
+float ggx_correlated_albedo(float cos_view, float alpha) {
+  return bilinear(reflection_table().first.data(), k_size, Cell(std::sqrt(std::max(alpha, 0.0f)), k_size),
                   Cell(std::sqrt(std::max(cos_view, 0.0f)), k_size));
 }
 

@@ -5,12 +5,13 @@
 
 namespace lambent {
 
-/// Directional albedo of single-scattering GGX with reflectance 1. @param cos_view in [0, 1] @param alpha in [0, 1].
-/// In (0, 1]. Bilinear in a table that is integrated once per process on first use (20 ms); error below 0.3%.
-float ggx_reflection_albedo(float cos_view, float alpha);
+/// Directional albedo of single-scattering GGX with reflectance 1 and masking correlated by height. @param cos_view in
+/// [0, 1] @param alpha in [0, 1]. In (0, 1]. Bilinear in a table that is integrated once per process on first use
+/// (20 ms); error below 0.3%.
+float ggx_correlated_albedo(float cos_view, float alpha);
 
-/// What multiscatter GGX reflects in all over what single scattering does (ggx_reflection_albedo), where each facet
-/// reflects `reflectance` in [0, 1] of the light; 1 / ggx_reflection_albedo for 1. @param cos_view, alpha as above.
+/// What multiscatter GGX reflects in all over what single scattering with separable masking does, where each facet
+/// reflects `reflectance` in [0, 1] of the light. @param cos_view, alpha as above.
 Color ggx_multiscatter_factor(float cos_view, float alpha, const Color& reflectance);
 /// The same for masking correlated by height, as Cycles has it since 4.0: what single scattering loses comes back
 /// coloured by the mean reflectance (Kulla & Conty 2017; Turquin 2019).

@@ -22,6 +22,8 @@ float selection(const Lobe& lobe, float cos_view) { return average(lobe.weight *
 
 // Smooths what a bumped diffuse lobe would cut off hard at the smooth terminator.
 float bump_shadowing(BumpShadowing rule, const Vec3& ns, const Vec3& n, const Vec3& light) {
+  // A normal that points into the surface would let light through it.
+  if (rule != BumpShadowing::cubic && dot(ns, light) * dot(ns, n) * dot(n, light) < 0.0f) return 0.0f;
   if (rule == BumpShadowing::none) return 1.0f;
   if (rule == BumpShadowing::masking) {
     // GGX's masking of a surface whose slopes are about as wide as the bump's

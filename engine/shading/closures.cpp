@@ -3,6 +3,7 @@
 
 #include "engine/shading/albedo_table.h"
 #include "engine/shading/fresnel.h"
+#include "engine/shading/lobe_functions.h"
 #include "engine/shading/sheen.h"
 #include "engine/shading/subsurface.h"
 
@@ -258,7 +259,12 @@ void make_principled_2(const Principled2& p, GlossModel model, bool backfacing, 
     lobe.f0 = clamp_color(p.specular_tint * f0, 1.0f);
     set_gloss(lobe, model, sqr(roughness));
     set_aspect(templates, p.anisotropic, p.rotation);
-    weight = layered(weight, layer_albedo(lobe.f0, eta, cos_view, roughness));
+    Color albedo = layer_albedo(lobe.f0, eta, cos_view, roughness);
+    // What comes back from between the facets is darker than what they reflect at once.
+    if (lobe.energy_compensation)
+      albedo *= ggx_compensation(cos_view, sqr(roughness), mean_facet_reflectance(lobe, eta)) *
+                ggx_correlated_albedo(cos_view, sqr(roughness));
+    weight = layered(weight, albedo);
   }
   if (max_component(weight) > k_cutoff && p.subsurface > k_cutoff) {
     const float share = clamp01(p.subsurface);

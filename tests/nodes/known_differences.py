@@ -34,8 +34,12 @@ k_before_4 = [
 ]  # fmt: skip
 
 k_since_4 = [
-    (r"^BsdfSheen\[MICROFIBER|^BsdfPrincipled\[sheen", "not done: an older sheen stands in"),
+    (r"^BsdfSheen|^BsdfPrincipled\[sheen", "fits of the tables that Cycles has (Zeltner et al. 2022)"),
     (r"^BsdfPrincipled\[thin", "not done: thin films and thin walls"),
+    (r"^Bsdf(Glass|Refraction)\[", "Cycles counts refraction at facets that face away, and blurs what index 1 does"),
+    (r"^TexImage\[float pattern.Color", "float images with alpha, not explained"),
+    (r"^SubsurfaceScattering\[RANDOM_WALK", "up to 10% in few places, at this sphere's edge, not explained"),
+    (r"^BsdfTranslucent|^TexEnvironment\[EQUIRECTANGULAR Linear", "about a percent in few places, not explained"),
     (r"^TexNoise\[15 octaves", "Cycles 5 repeats noise every 100000 units, which the finest octaves reach"),
     (r"^TexWhiteNoise", "Cycles 5 rounds a number that comes from an attribute, and the hash tells"),
     (r"^Wavelength", "the matrix from XYZ is that of Blender 3.4"),

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/base/frame.h"
+#include "engine/sampling/sampler.h"
 #include "engine/sampling/warp.h"
 
 namespace lambent {
@@ -35,7 +36,9 @@ Environment::Environment(EnvironmentLight light) : light_(std::move(light)) {
   if (pixels == 0 || light_.luminance.size() < pixels) return;
   const auto [least, greatest] =
       std::minmax_element(light_.luminance.begin(), light_.luminance.begin() + static_cast<std::ptrdiff_t>(pixels));
-  if (std::isfinite(*least) && *greatest - *least <= k_even_variation * std::fabs(*greatest)) {
+  const float half = 0.5f * std::min(light_.sun_angle_rad, 2.0f * k_pi);
+  const bool has_sun = half > 0.0f && light_.sun_luminance > 0.0f && std::isfinite(light_.sun_luminance);
+  if (!has_sun && std::isfinite(*least) && *greatest - *least <= k_even_variation * std::fabs(*greatest)) {
     mean_luminance_ = std::fabs(static_cast<double>(*greatest));
     light_.luminance = {};  // one number says it all
     return;
@@ -56,6 +59,13 @@ Environment::Environment(EnvironmentLight light) : light_(std::move(light)) {
     }
   }
   mean_luminance_ = sum / weight_sum;
+  if (has_sun) {
+    sun_one_minus_cos_ = 2.0f * sqr(std::sin(0.5f * half));
+    // Means over the sphere, of which the disc is this share
+    const double sun = 0.5 * static_cast<double>(sun_one_minus_cos_) * static_cast<double>(light_.sun_luminance);
+    prob_sun_ = mean_luminance_ > 0.0 ? static_cast<float>(sun / (sun + mean_luminance_)) : 1.0f;
+    mean_luminance_ += sun;
+  }
   distribution_ = Distribution2D(weights, light_.width, light_.height);
   light_.luminance = {};  // the distribution has it now
 }
@@ -69,6 +79,19 @@ Vec3 Environment::sample(const Vec3& n, const Vec2& u, float& pdf_solid_angle) c
     }
     pdf_solid_angle = k_pdf_solid_angle_uniform_sphere;
     return sample_uniform_sphere(u);
+  }
+  if (prob_sun_ > 0.0f) {
+    ReusedNumber u_first(u);
+    const double prob = static_cast<double>(prob_sun_);
+    const bool chosen = u_first.value() < prob;
+    u_first.stretch(chosen ? 0.0 : prob, chosen ? prob : 1.0 - prob);
+    const Vec2 rest(u_first.rest(), u.y);
+    const Vec3 direction =
+        chosen
+            ? normalize(Frame::from_normal(light_.sun_direction_world).to_world(sample_cone(rest, sun_one_minus_cos_)))
+            : direction_of_equirectangular(distribution_.sample(rest, nullptr));
+    pdf_solid_angle = this->pdf_solid_angle(n, direction);
+    return direction;
   }
   float pdf_uv = 0.0f;
   const Vec2 uv = distribution_.sample(u, &pdf_uv);
@@ -84,8 +107,17 @@ float Environment::pdf_solid_angle(const Vec3& n, const Vec3& direction) const {
     return length_squared(n) > 0.0f ? pdf_solid_angle_cosine_hemisphere(dot(n, direction))
                                     : k_pdf_solid_angle_uniform_sphere;
   const float sin_theta = std::sqrt(direction.x * direction.x + direction.y * direction.y);
-  if (!(sin_theta > 0.0f)) return 0.0f;
-  return distribution_.pdf(equirectangular_of_direction(direction)) / (2.0f * k_pi * k_pi * sin_theta);
+  const float of_map =
+      sin_theta > 0.0f ? distribution_.pdf(equirectangular_of_direction(direction)) / (2.0f * k_pi * k_pi * sin_theta)
+                       : 0.0f;
+  if (!(prob_sun_ > 0.0f)) return of_map;
+  return (1.0f - prob_sun_) * of_map +
+         (in_sun(direction) ? prob_sun_ * pdf_solid_angle_cone(sun_one_minus_cos_) : 0.0f);
+}
+
+bool Environment::in_sun(const Vec3& direction) const {
+  // |d − s|² = 2 (1 − cos): without the cancellation of the cosine's difference from 1
+  return length_squared(direction - light_.sun_direction_world) <= 2.0f * sun_one_minus_cos_;
 }
 
 }  // namespace lambent

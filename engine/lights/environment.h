@@ -7,7 +7,8 @@
 namespace lambent {
 
 /// Immutable. Directions are sampled by the image's luminance, piecewise constant, or, for an even world, uniformly:
-/// by the cosine at a surface, over the sphere elsewhere.
+/// by the cosine at a surface, over the sphere elsewhere. A sun's disc, which would be a part of a texel, has its share
+/// of the samples to itself.
 class Environment {
  public:
   explicit Environment(EnvironmentLight light);
@@ -28,7 +29,10 @@ class Environment {
  private:
   EnvironmentLight light_;
   Distribution2D distribution_;
+  bool in_sun(const Vec3& direction_world) const;
+
   bool is_even_ = true;
+  float prob_sun_ = 0.0f, sun_one_minus_cos_ = 0.0f;
   double mean_luminance_ = 0.0;
 };
 

@@ -44,5 +44,38 @@ TEST(Environment, directions_follow_the_image) {
   EXPECT_NEAR(result.total_probability, 1.0, 1e-3);
 }
 
+TEST(Environment, samples_a_sun_by_its_share_and_the_sky_beside_it) {
+  for (const float angle : {1e-4f, 0.0095f, 0.5f}) {
+    EnvironmentLight sky;
+    sky.width = 64;
+    sky.height = 32;
+    for (int i = 0; i < 64 * 32; ++i) sky.luminance.push_back(0.5f + 0.4f * static_cast<float>(i % 5));
+    const double disc = 2.0 * std::numbers::pi * 2.0 * std::pow(std::sin(0.25 * static_cast<double>(angle)), 2.0);
+    sky.sun_angle_rad = angle;
+    sky.sun_direction_world = normalize(Vec3(0.3f, -0.5f, 0.4f));
+    sky.sun_luminance = static_cast<float>(4.0 * std::numbers::pi * 2.6 / disc);  // two thirds of all light
+    const Environment environment(sky);
+    EXPECT_FALSE(environment.is_even());
+    EXPECT_NEAR(environment.mean_luminance(), 3.9, 0.05) << angle;
+    RandomStream random(4);
+    const int count = 40000;
+    int in_sun = 0;
+    double ones = 0.0, squares = 0.0;
+    for (int i = 0; i < count; ++i) {
+      float pdf = 0.0f;
+      const Vec3 d = environment.sample(Vec3(0.0f), random.next_2d(), pdf);
+      ASSERT_GT(pdf, 0.0f);
+      ASSERT_EQ(pdf, environment.pdf_solid_angle(Vec3(0.0f), d));
+      const bool here = std::acos(std::clamp(dot(d, sky.sun_direction_world), -1.0f, 1.0f)) < 0.5f * angle + 3e-4f;
+      in_sun += here;
+      const double value = here ? 0.0 : 1.0 / static_cast<double>(pdf);  // the solid angle of the rest
+      ones += value, squares += value * value;
+    }
+    EXPECT_NEAR(in_sun / double(count), 2.0 / 3.0, 0.02) << angle;
+    const double mean = ones / count, error = std::sqrt((squares / count - mean * mean) / count);
+    EXPECT_NEAR(mean, 4.0 * std::numbers::pi - disc, 4.5 * error + 0.01) << angle;
+  }
+}
+
 }  // namespace
 }  // namespace lambent

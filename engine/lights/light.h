@@ -80,6 +80,10 @@ struct EnvironmentLight {
   Color radiance{0.0f};          ///< constant, or the average, W sr⁻¹ m⁻²
   std::vector<float> luminance;  ///< float[height][width] radiance estimates, row 0 at the bottom (-Z); empty: constant
   int width = 0, height = 0;
+  /// A sun's disc in the sky, sampled for itself: `luminance` is then that of the rest. Whole angle; 0: none.
+  float sun_angle_rad = 0.0f;
+  Vec3 sun_direction_world{0, 0, 1};  ///< unit, towards it
+  float sun_luminance = 0.0f;         ///< mean over the disc
   LightTraits traits;
 };
 

@@ -8,7 +8,8 @@
 namespace lambent {
 
 /// Evaluates the world program at the centres of a latitude-longitude grid of height x 2·height texels, in parallel,
-/// and returns its luminances and solid-angle weighted average. Incomplete if cancelled.
+/// and returns its luminances and solid-angle weighted average; a sun's disc (ProgramTraits) apart. Incomplete if
+/// cancelled.
 EnvironmentLight world_importance_map(const Program& world, const TextureSystem* textures, int height,
                                       const CancelFlag& cancel);
 

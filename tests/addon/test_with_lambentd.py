@@ -275,7 +275,8 @@ print('STOPPED', time.monotonic() - state['at'])
 save('kept')
 """
     )
-    assert float(run.output.split("STOPPED ")[1].split()[0]) < 1.0
+    # A second where nothing else runs; the render would take minutes.
+    assert float(run.output.split("STOPPED ")[1].split()[0]) < 10.0
     pixels = np.load(tmp_path / "kept.npy")
     assert (pixels[500:580, 900:1000, :3] > 0.99).all()
 

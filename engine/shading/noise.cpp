@@ -7,9 +7,10 @@
 namespace lambent {
 namespace {
 
-// Bob Jenkins's lookup3 final mix (public domain) over up to four words.
+// Bob Jenkins's lookup3 final mix (public domain) over up to four words. Always inlined: the loops over corners become
+// vector instructions only with the hash inside of them, and so large a body is not inlined by itself.
 uint32_t rotate(uint32_t x, int k) { return std::rotl(x, k); }
-void final_mix(uint32_t& a, uint32_t& b, uint32_t& c) {
+[[gnu::always_inline]] inline void final_mix(uint32_t& a, uint32_t& b, uint32_t& c) {
   c ^= b, c -= rotate(b, 14);
   a ^= c, a -= rotate(c, 11);
   b ^= a, b -= rotate(a, 25);
@@ -18,7 +19,7 @@ void final_mix(uint32_t& a, uint32_t& b, uint32_t& c) {
   b ^= a, b -= rotate(a, 14);
   c ^= b, c -= rotate(b, 24);
 }
-void mix(uint32_t& a, uint32_t& b, uint32_t& c) {
+[[gnu::always_inline]] inline void mix(uint32_t& a, uint32_t& b, uint32_t& c) {
   a -= c, a ^= rotate(c, 4), c += b;
   b -= a, b ^= rotate(a, 6), a += c;
   c -= b, c ^= rotate(b, 8), b += a;
@@ -27,7 +28,7 @@ void mix(uint32_t& a, uint32_t& b, uint32_t& c) {
   c -= b, c ^= rotate(b, 4), b += a;
 }
 template <int count>
-uint32_t lattice_hash(uint32_t x, uint32_t y, uint32_t z, uint32_t w) {
+[[gnu::always_inline]] inline uint32_t lattice_hash(uint32_t x, uint32_t y, uint32_t z, uint32_t w) {
   uint32_t a, b, c;
   a = b = c = 0xdeadbeefu + (static_cast<uint32_t>(count) << 2) + 13u;
   a += x;
@@ -253,13 +254,15 @@ float signed_noise_in(const float* coordinates) {
     const float t = within[i] = x - floored;
     blend[i] = t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f);
   }
-  // In arrays by corner, one step at a time: so the compiler vectorises each.
+  // In arrays by corner, one step at a time: so the compiler vectorises each. The first dimension is a corner's highest
+  // bit, so that what is interpolated first lies in two halves.
+  const auto beyond = [](int c, int i) { return (c >> (dimensions - 1 - i)) & 1; };
   uint32_t hash[k_corners];
   float corner[k_corners], d[dimensions][k_corners];
   for (int i = 0; i < dimensions; ++i)
-    for (int c = 0; c < k_corners; ++c) d[i][c] = within[i] - static_cast<float>((c >> i) & 1);
+    for (int c = 0; c < k_corners; ++c) d[i][c] = within[i] - static_cast<float>(beyond(c, i));
   for (int c = 0; c < k_corners; ++c) {
-    const auto key = [&](int i) { return cell[i] + static_cast<uint32_t>((c >> i) & 1); };
+    const auto key = [&](int i) { return cell[i] + static_cast<uint32_t>(beyond(c, i)); };
     if constexpr (dimensions == 1) hash[c] = lattice_hash<1>(key(0), 0, 0, 0);
     if constexpr (dimensions == 2) hash[c] = lattice_hash<2>(key(0), key(1), 0, 0);
     if constexpr (dimensions == 3) hash[c] = lattice_hash<3>(key(0), key(1), key(2), 0);
@@ -274,7 +277,7 @@ float signed_noise_in(const float* coordinates) {
   }
   for (int i = 0, count = k_corners; i < dimensions; ++i) {
     count /= 2;
-    for (int c = 0; c < count; ++c) corner[c] = lerp(corner[2 * c], corner[2 * c + 1], blend[i]);
+    for (int c = 0; c < count; ++c) corner[c] = lerp(corner[c], corner[c + count], blend[i]);
   }
   return corner[0] * k_scale[dimensions];
 }

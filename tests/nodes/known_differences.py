@@ -24,7 +24,6 @@ k_known = [
 k_before_4 = [
     (r"^Bump", "up to 5% where the height bends most, not explained"),
     (r"MULTI_GGX", "Lambent scales single scattering (Turquin 2019), Cycles 3.4 walks in the microsurface"),
-    (r"^TexSky\[NISHITA", "Lambent's integral over the atmosphere is up to 1% off Cycles' table"),
     (r"^Bsdf(Glass|Refraction)\[(GGX|BECKMANN|index)", "Cycles 3.4 keeps rough refraction that leaves on the wrong side, and adds "
      "light to refraction of index 1"),  # fmt: skip
     (r"^BsdfAnisotropic\[BECKMANN", "Cycles 3.4 loses most of the sky's light in this lobe"),

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/base/frame.h"
 #include "engine/sampling/sampler.h"
 #include "engine/sampling/warp.h"
 
@@ -60,7 +59,8 @@ Environment::Environment(EnvironmentLight light) : light_(std::move(light)) {
   }
   mean_luminance_ = sum / weight_sum;
   if (has_sun) {
-    sun_one_minus_cos_ = 2.0f * sqr(std::sin(0.5f * half));
+    sun_one_minus_cos_ = one_minus_cos_of_angle(half);
+    sun_frame_ = Frame::from_normal(light_.sun_direction_world);
     // Means over the sphere, of which the disc is this share
     const double sun = 0.5 * static_cast<double>(sun_one_minus_cos_) * static_cast<double>(light_.sun_luminance);
     prob_sun_ = mean_luminance_ > 0.0 ? static_cast<float>(sun / (sun + mean_luminance_)) : 1.0f;
@@ -86,10 +86,8 @@ Vec3 Environment::sample(const Vec3& n, const Vec2& u, float& pdf_solid_angle) c
     const bool chosen = u_first.value() < prob;
     u_first.stretch(chosen ? 0.0 : prob, chosen ? prob : 1.0 - prob);
     const Vec2 rest(u_first.rest(), u.y);
-    const Vec3 direction =
-        chosen
-            ? normalize(Frame::from_normal(light_.sun_direction_world).to_world(sample_cone(rest, sun_one_minus_cos_)))
-            : direction_of_equirectangular(distribution_.sample(rest, nullptr));
+    const Vec3 direction = chosen ? normalize(sun_frame_.to_world(sample_cone(rest, sun_one_minus_cos_)))
+                                  : direction_of_equirectangular(distribution_.sample(rest, nullptr));
     pdf_solid_angle = this->pdf_solid_angle(n, direction);
     return direction;
   }

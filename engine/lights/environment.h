@@ -1,6 +1,7 @@
 // The world as a light: importance sampling of a latitude-longitude image of radiance estimates.
 #pragma once
 
+#include "engine/base/frame.h"
 #include "engine/lights/light.h"
 #include "engine/sampling/distribution.h"
 
@@ -27,12 +28,13 @@ class Environment {
   float pdf_solid_angle(const Vec3& n_world, const Vec3& direction_world) const;
 
  private:
-  EnvironmentLight light_;
-  Distribution2D distribution_;
   bool in_sun(const Vec3& direction_world) const;
 
+  EnvironmentLight light_;
+  Distribution2D distribution_;
   bool is_even_ = true;
   float prob_sun_ = 0.0f, sun_one_minus_cos_ = 0.0f;
+  Frame sun_frame_;
   double mean_luminance_ = 0.0;
 };
 

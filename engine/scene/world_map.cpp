@@ -19,7 +19,7 @@ EnvironmentLight world_importance_map(const Program& world, const TextureSystem*
   const Vec3 sun = world.traits().sun_direction_world;
   const float half_sun = 0.5f * std::clamp(world.traits().sun_angle_rad, 0.0f, k_pi);
   const float cos_near_sun = half_sun > 0.0f ? std::cos(std::min(half_sun + 2.0f * k_pi / height, 0.5f * k_pi)) : 2.0f;
-  const float sun_chord2 = 4.0f * sqr(std::sin(0.5f * half_sun));
+  const float sun_one_minus_cos = one_minus_cos_of_angle(half_sun);
   std::vector<Imath::V3d> row_sums(height, Imath::V3d(0.0));
   tbb::parallel_for(0, height, [&](int y) {
     if (cancel.cancelled()) return;
@@ -40,7 +40,7 @@ EnvironmentLight world_importance_map(const Program& world, const TextureSystem*
         for (int i = 0; i < k_sun_samples * k_sun_samples; ++i) {
           const Color here = radiance_at(x + (i % k_sun_samples + 0.5f) / k_sun_samples,
                                          y + (i / k_sun_samples + 0.5f) / k_sun_samples);
-          if (length_squared(point.p_world - sun) <= sun_chord2) continue;
+          if (length_squared(point.p_world - sun) <= 2.0f * sun_one_minus_cos) continue;
           radiance += here;
           ++beside;
         }
@@ -62,11 +62,10 @@ EnvironmentLight world_importance_map(const Program& world, const TextureSystem*
     ShadingPoint point;
     point.ray_kind = k_ray_diffuse;
     const Frame around = Frame::from_normal(sun);
-    const float one_minus_cos = 2.0f * sqr(std::sin(0.5f * half_sun));
     Color disc(0.0f);
     for (int i = 0; i < k_sun_samples * k_sun_samples; ++i) {
       const Vec2 u((i % k_sun_samples + 0.5f) / k_sun_samples, (i / k_sun_samples + 0.5f) / k_sun_samples);
-      point.p_world = around.to_world(sample_cone(u, one_minus_cos));
+      point.p_world = around.to_world(sample_cone(u, sun_one_minus_cos));
       point.wi_world = point.ng_world = point.ns_world = -point.p_world;
       disc += world.emission(point, textures) * (1.0f / (k_sun_samples * k_sun_samples));
     }
@@ -74,7 +73,7 @@ EnvironmentLight world_importance_map(const Program& world, const TextureSystem*
       light.sun_direction_world = sun;
       light.sun_angle_rad = 2.0f * half_sun;
       light.sun_luminance = std::fabs(luminance(disc));
-      sum += Imath::V3d(disc) * (0.5 * static_cast<double>(one_minus_cos) * weight);
+      sum += Imath::V3d(disc) * (0.5 * static_cast<double>(sun_one_minus_cos) * weight);
     }
   }
   light.radiance = Color(Vec3(sum / weight));

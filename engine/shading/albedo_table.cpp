@@ -47,8 +47,8 @@ float reflected(const Microfacets& facets, const Vec3& w, const Vec3& m) {
 float first_bounce(const Microfacets& facets, const Vec3& w, const Vec3& m) {
   const Vec3 r = m * (2.0f * dot(w, m)) - w;
   if (r.z <= 0.0f) return 0.0f;
-  const float g1_w = facets.g1(w), g1_r = facets.g1(r);
-  return g1_r / (g1_w + g1_r - g1_w * g1_r);
+  const float g1_w = facets.g1(w);
+  return correlated_masking(g1_w, facets.g1(r)) / g1_w;
 }
 
 float glass(const Microfacets& facets, const Vec3& w, const Vec3& m, float eta, bool correlated) {
@@ -57,7 +57,7 @@ float glass(const Microfacets& facets, const Vec3& w, const Vec3& m, float eta, 
   Vec3 t;
   if (f < 1.0f && refract(w, m, eta, t) && t.z < 0.0f) {
     const float g_w = facets.g1(w), g_t = facets.g1(t);
-    sum += (1.0f - f) * (correlated ? g_t / (g_w + g_t - g_w * g_t) : g_t);
+    sum += (1.0f - f) * (correlated ? correlated_masking(g_w, g_t) / g_w : g_t);
   }
   return sum;
 }
@@ -109,15 +109,17 @@ float node_rise_eta(int i) {
 struct RiseTable {
   std::array<float, k_glass_size * k_glass_size * k_glass_size> value;
   RiseTable() {
-    for (int e = 0; e < k_glass_size; ++e)
-      for (int a = 0; a < k_glass_size; ++a)
-        for (int c = 0; c < k_glass_size; ++c) {
-          const float cosine = node_cos(c, k_glass_size), alpha = node_alpha(a, k_glass_size);
+    for (int a = 0; a < k_glass_size; ++a)
+      for (int c = 0; c < k_glass_size; ++c) {
+        const float cosine = node_cos(c, k_glass_size), alpha = node_alpha(a, k_glass_size);
+        const float all = integrate(cosine, alpha, 128, first_bounce);
+        for (int e = 0; e < k_glass_size; ++e) {
           const float risen = integrate(cosine, alpha, 128, [eta = node_rise_eta(e)](const auto& f, auto& w, auto& m) {
             return fresnel_rise(dot(w, m), eta) * first_bounce(f, w, m);
           });
-          value[(e * k_glass_size + a) * k_glass_size + c] = risen / integrate(cosine, alpha, 128, first_bounce);
+          value[(e * k_glass_size + a) * k_glass_size + c] = risen / all;
         }
+      }
   }
 };
 
@@ -137,13 +139,17 @@ float bilinear(const float* table, int size, const Cell& a, const Cell& c) {
   return lerp(lerp(row[0], row[1], c.fraction), lerp(row[size], row[size + 1], c.fraction), a.fraction);
 }
 
-float look_up(const GlassTable& table, float cos_view, float alpha, float eta) {
-  const float position = std::log(std::clamp(eta, k_eta_min, k_eta_max) / k_eta_min) / std::log(k_eta_max / k_eta_min);
-  const Cell e(position, k_glass_size), a(std::sqrt(std::max(alpha, 0.0f)), k_glass_size),
-      c(std::sqrt(std::max(cos_view, 0.0f)), k_glass_size);
-  const float* slice = table.value.data() + e.index * k_glass_size * k_glass_size;
+// Of a table of that size by index, alpha and cosine.
+float trilinear(const float* table, const Cell& e, float alpha, float cos_view) {
+  const Cell a(std::sqrt(std::max(alpha, 0.0f)), k_glass_size), c(std::sqrt(std::max(cos_view, 0.0f)), k_glass_size);
+  const float* slice = table + e.index * k_glass_size * k_glass_size;
   return lerp(bilinear(slice, k_glass_size, a, c), bilinear(slice + k_glass_size * k_glass_size, k_glass_size, a, c),
               e.fraction);
+}
+
+float look_up(const GlassTable& table, float cos_view, float alpha, float eta) {
+  const float position = std::log(std::clamp(eta, k_eta_min, k_eta_max) / k_eta_min) / std::log(k_eta_max / k_eta_min);
+  return trilinear(table.value.data(), Cell(position, k_glass_size), alpha, cos_view);
 }
 
 }  // namespace
@@ -184,10 +190,7 @@ Color ggx_compensation(float cos_view, float alpha, const Color& reflectance) {
 float ggx_fresnel_rise(float cos_view, float alpha, float eta) {
   static const RiseTable table;
   const Cell e(std::sqrt(std::fabs((eta - 1.0f) / (eta + 1.0f))) / 0.97f, k_glass_size);
-  const Cell a(std::sqrt(std::max(alpha, 0.0f)), k_glass_size), c(std::sqrt(std::max(cos_view, 0.0f)), k_glass_size);
-  const float* slice = table.value.data() + e.index * k_glass_size * k_glass_size;
-  return lerp(bilinear(slice, k_glass_size, a, c), bilinear(slice + k_glass_size * k_glass_size, k_glass_size, a, c),
-              e.fraction);
+  return trilinear(table.value.data(), e, alpha, cos_view);
 }
 
 float ggx_glass_albedo(float cos_view, float alpha, float eta, bool correlated) {

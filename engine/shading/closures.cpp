@@ -351,7 +351,7 @@ void make_lobes(ClosureKind kind, GlossModel model, const float* raw, bool backf
   const Color color(p[0], p[1], p[2]);
   switch (kind) {
     case ClosureKind::diffuse:
-      add_rough_diffuse(templates, color, color, p[k_roughness], p[4] >= 2.0f);
+      add_rough_diffuse(templates, color, color, p[k_roughness], p[k_diffuse_generation] >= 2.0f);
       break;
     case ClosureKind::glossy: {
       Lobe& lobe = templates.add(LobeKind::reflection, color);
@@ -362,7 +362,7 @@ void make_lobes(ClosureKind kind, GlossModel model, const float* raw, bool backf
     }
     case ClosureKind::glass: {
       const float eta = seen_eta(p[k_ior], backfacing);
-      if (model == GlossModel::multiscatter_ggx || p[k_generation] >= 2.0f) {
+      if (model == GlossModel::multiscatter_ggx || p[k_glass_generation] >= 2.0f) {
         Lobe& lobe = templates.add(LobeKind::glass, color);
         lobe.eta = eta;
         set_gloss(lobe, model, sqr(p[k_roughness]));

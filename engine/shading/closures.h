@@ -36,20 +36,21 @@ enum class GlossModel : uint8_t { sharp, ggx, beckmann, multiscatter_ggx, ashikh
 
 // Indices into a closure's parameters. A colour takes three.
 namespace closure_parameter {
-inline constexpr int k_color = 0;       // all simple closures; emission: times strength
-inline constexpr int k_roughness = 3;   // diffuse, glossy, glass, refraction, velvet (sigma), sheen
-inline constexpr int k_ior = 4;         // glass, refraction
-inline constexpr int k_generation = 5;  // glass; diffuse has it at 4: 1 as Cycles before 4.0 (diffuse: 4.3), 2 as later
-inline constexpr int k_size = 3;        // toon
-inline constexpr int k_smooth = 4;      // toon
-inline constexpr int k_around = 4;      // hair: roughness around; along is k_roughness
-inline constexpr int k_tilt = 5;        // hair
-inline constexpr int k_anisotropy = 4;  // glossy, metallic
-inline constexpr int k_rotation = 5;    // glossy, metallic
-inline constexpr int k_edge_tint = 6;   // metallic
-inline constexpr int k_extinction = 6;  // conductor, whose colour is its index
-inline constexpr int k_radius = 3;      // subsurface: by channel, m
-inline constexpr int k_scatter = 6;     // subsurface: anisotropy, index, roughness and SubsurfaceRules
+inline constexpr int k_color = 0;               // all simple closures; emission: times strength
+inline constexpr int k_roughness = 3;           // diffuse, glossy, glass, refraction, velvet (sigma), sheen
+inline constexpr int k_ior = 4;                 // glass, refraction
+inline constexpr int k_glass_generation = 5;    // 2: as Cycles from 4.0 on
+inline constexpr int k_diffuse_generation = 4;  // 2: as Cycles from 4.3 on
+inline constexpr int k_size = 3;                // toon
+inline constexpr int k_smooth = 4;              // toon
+inline constexpr int k_around = 4;              // hair: roughness around; along is k_roughness
+inline constexpr int k_tilt = 5;                // hair
+inline constexpr int k_anisotropy = 4;          // glossy, metallic
+inline constexpr int k_rotation = 5;            // glossy, metallic
+inline constexpr int k_edge_tint = 6;           // metallic
+inline constexpr int k_extinction = 6;          // conductor, whose colour is its index
+inline constexpr int k_radius = 3;              // subsurface: by channel, m
+inline constexpr int k_scatter = 6;             // subsurface: anisotropy, index, roughness and SubsurfaceRules
 }  // namespace closure_parameter
 
 /// Which method a subsurface closure has, and how paths that met a diffuse surface see it: a parameter, as a float.

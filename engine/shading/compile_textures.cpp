@@ -88,7 +88,7 @@ TypedValue voronoi(Compiler& c, int n, S socket, int shift) {
       static_cast<VoronoiMetric>(c.choice(n, "distance", {"EUCLIDEAN", "MANHATTAN", "CHEBYCHEV", "MINKOWSKI"}));
   parameters.octaves = c.node(n).properties.contains("normalize");
   parameters.normalize = c.flag(n, "normalize", false);
-  parameters.cell_hashes = c.flag(n, "cell_hashes", false);
+  parameters.cell_hashes = c.follows(500);
   // One evaluation gives all outputs: the colour costs most of it, where it is wanted.
   parameters.color = c.output_used(n, "Color") || socket == "Color";
   auto& known = c.program().voronois;

@@ -42,24 +42,24 @@ inline float fresnel_rise(float cosine, float eta) {
   return std::clamp((fresnel_dielectric(cosine, eta) - f0) / (1.0f - f0), 0.0f, 1.0f);
 }
 
+/// What fresnel_f82 takes from Schlick's curve, times cos·(1 − cos)^6.
+inline Color f82_dip(const Color& f0, const Color& f82) {
+  constexpr float k_cos = 1.0f / 7.0f, k_w5 = 0.46266436f, k_w6 = 0.39656944f;  // (1 − 1/7)^5 and ^6
+  return lerp(f0, Color(1.0f), k_w5) * (Color(1.0f) - f82) * (1.0f / (k_cos * k_w6));
+}
+
 /// Metal with colour f0 at normal incidence and f82·(Schlick) at arccos(1/7) (Kutz, Hašan & Edmondson 2021).
 inline Color fresnel_f82(float cosine, const Color& f0, const Color& f82) {
-  constexpr float k_cos = 1.0f / 7.0f;
-  constexpr float k_w5 = 0.46266436f, k_w6 = 0.39656944f;  // (1 − 1/7)^5 and ^6
-  const Color schlick82 = lerp(f0, Color(1.0f), k_w5);
-  const Color b = schlick82 * (Color(1.0f) - f82) * (1.0f / (k_cos * k_w6));
   const float c = std::clamp(cosine, 0.0f, 1.0f);
   const float m = 1.0f - c, m5 = m * m * m * m * m;
-  const Color f = lerp(f0, Color(1.0f), m5) - b * (c * m5 * m);
+  const Color f = lerp(f0, Color(1.0f), m5) - f82_dip(f0, f82) * (c * m5 * m);
   return Color(std::clamp(f.x, 0.0f, 1.0f), std::clamp(f.y, 0.0f, 1.0f), std::clamp(f.z, 0.0f, 1.0f));
 }
 
 /// Its mean over all angles, weighted by their cosine.
 inline Color fresnel_f82_mean(const Color& f0, const Color& f82) {
   // Of Schlick's rise the mean is 1/21, of cos·(1 − cos)^6 1/126
-  constexpr float k_cos = 1.0f / 7.0f, k_w5 = 0.46266436f, k_w6 = 0.39656944f;
-  const Color b = lerp(f0, Color(1.0f), k_w5) * (Color(1.0f) - f82) * (1.0f / (k_cos * k_w6));
-  const Color f = lerp(f0, Color(1.0f), 1.0f / 21.0f) - b * (1.0f / 126.0f);
+  const Color f = lerp(f0, Color(1.0f), 1.0f / 21.0f) - f82_dip(f0, f82) * (1.0f / 126.0f);
   return Color(std::clamp(f.x, 0.0f, 1.0f), std::clamp(f.y, 0.0f, 1.0f), std::clamp(f.z, 0.0f, 1.0f));
 }
 

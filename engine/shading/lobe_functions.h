@@ -99,7 +99,7 @@ inline Color mean_facet_reflectance(const Lobe& lobe, float eta) {
 
 /// Share of the light that leaves two sides' directions unmasked; g_a and g_b are Smith's factors of each.
 inline float masking(const Lobe& lobe, float g_a, float g_b) {
-  return lobe.correlated_masking ? g_a * g_b / (g_a + g_b - g_a * g_b) : g_a * g_b;
+  return lobe.correlated_masking ? correlated_masking(g_a, g_b) : g_a * g_b;
 }
 
 /// Factor at the macroscopic normal, and multiscatter compensation: functions of the camera's cosine alone, so the same

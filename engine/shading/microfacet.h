@@ -41,6 +41,10 @@ inline float erf_inverse(float x) {
   return p * x;
 }
 
+/// Share of facets that two directions both see where masking and shadowing are correlated by height (Heitz 2014, eq.
+/// 99), from Smith's factors of each: 1 / (1 + Λ_a + Λ_b). 0 if either is.
+inline float correlated_masking(float g_a, float g_b) { return 1.0f / (1.0f / g_a + 1.0f / g_b - 1.0f); }
+
 /// One distribution with its two scales of slope.
 struct Microfacets {
   Distribution distribution;
@@ -90,8 +94,6 @@ struct Microfacets {
     return 0.5f * (std::sqrt(1.0f + slope2 / z2) - 1.0f);
   }
   float g1(const Vec3& w) const { return 1.0f / (1.0f + lambda(w)); }
-  /// Separable Smith masking-shadowing, as Cycles.
-  float g2(const Vec3& a, const Vec3& b) const { return g1(a) * g1(b); }
 
   /// Density per solid angle with which sample_normal(w) returns m; w.z > 0.
   float pdf_normal_solid_angle(const Vec3& w, const Vec3& m) const {

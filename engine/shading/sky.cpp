@@ -107,12 +107,6 @@ Vec3 densities(float height) {
   return {std::exp(-height / k_rayleigh_height), std::exp(-height / k_mie_height), ozone};
 }
 
-// In double: a few metres of height against the Earth's radius.
-double distance_to_sphere(const Vec3d& p, const Vec3d& d, double radius) {
-  const double b = p ^ d;
-  return -b + std::sqrt(std::max(0.0, b * b - (p ^ p) + radius * radius));
-}
-
 Vec3 optical_depth(const Vec3d& from, const Vec3d& d) {
   const double length = distance_to_sphere(from, d, k_top_radius);
   Vec3 sum(0.0f);
@@ -225,7 +219,7 @@ Color atmosphere_radiance(const std::vector<float>& table, const Vec3& d) {
   return rgb_from_xyz(atmosphere_lookup(table, u, 0.0f) * (fade * fade * fade));
 }
 
-// Fills a table's rows; radiance(latitude, longitude) of half the sky, the sun at longitude 0.
+// Fills a table's rows with the radiance of directions in half the sky, the sun at longitude 0.
 template <class Latitude, class Longitude, class Radiance>
 void fill_sky(std::vector<float>& table, const Latitude& latitude_of, const Longitude& longitude_of,
               const Radiance& radiance) {

@@ -5,7 +5,7 @@
 namespace lambent {
 namespace {
 
-TEST(Sky, of_each_model_is_finite_bluer_than_the_sun_and_symmetric_about_it) {
+TEST(Sky, of_each_model_is_finite_blue_overhead_and_symmetric_about_the_sun) {
   for (const auto model : {AtmosphereSky::Model::nishita, AtmosphereSky::Model::single_scattering,
                            AtmosphereSky::Model::multiple_scattering})
     for (const float elevation : {-0.05f, 0.3f, 1.2f, 2.0f}) {
@@ -24,7 +24,7 @@ TEST(Sky, of_each_model_is_finite_bluer_than_the_sun_and_symmetric_about_it) {
     }
 }
 
-TEST(Sky, with_all_scattering_is_brighter_than_with_one_and_lights_what_lies_below) {
+TEST(Sky, with_all_scattering_lights_what_lies_below_and_is_about_as_bright_as_with_one) {
   AtmosphereSky sky;
   sky.sun_disc = false;
   sky.model = AtmosphereSky::Model::single_scattering;
@@ -33,10 +33,12 @@ TEST(Sky, with_all_scattering_is_brighter_than_with_one_and_lights_what_lies_bel
   const std::vector<float> all = make_atmosphere_sky(sky);
   EXPECT_EQ(max_component(sky_radiance(once, {0, 0.5f, -0.5f})), 0.0f);
   EXPECT_GT(max_component(sky_radiance(all, {0, 0.5f, -0.5f})), 0.0f);
-  EXPECT_GT(sky_radiance(all, {1, 0, 0.3f}).y, 0.5f * sky_radiance(once, {1, 0, 0.3f}).y);
+  const float ratio = sky_radiance(all, {1, 0, 0.3f}).y / sky_radiance(once, {1, 0, 0.3f}).y;
+  EXPECT_GT(ratio, 0.5f);
+  EXPECT_LT(ratio, 2.0f);
 }
 
-TEST(Sky, sun_disc_carries_the_irradiance_that_the_air_lets_through) {
+TEST(Sky, sun_disc_spreads_the_same_light_over_its_area_and_is_redder_than_white) {
   AtmosphereSky sky;
   sky.model = AtmosphereSky::Model::multiple_scattering;
   sky.sun_elevation_rad = 1.0f;

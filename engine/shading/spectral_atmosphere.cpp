@@ -35,14 +35,13 @@ Color xyz_of(const Bands& spectrum) {
   return sum;
 }
 
-// Distance to a sphere around the origin along a unit direction; negative where it is missed.
+}  // namespace
+
 double distance_to_sphere(const Vec3d& p, const Vec3d& d, double radius) {
   const double b = p ^ d, c = (p ^ p) - radius * radius, root = b * b - c;
   if (root < 0.0 || (c > 0.0 && b > 0.0)) return -1.0;
   return c > 0.0 ? -b - std::sqrt(root) : -b + std::sqrt(root);
 }
-
-}  // namespace
 
 SpectralAtmosphere::SpectralAtmosphere(float air_density, float aerosol_density, float ozone_density)
     : air_density_(air_density), aerosol_density_(aerosol_density), ozone_density_(ozone_density) {
@@ -105,7 +104,7 @@ SpectralAtmosphere::Spectrum SpectralAtmosphere::scattered_more_than_once(double
   const float solid_angle = static_cast<float>(2.0 * std::numbers::pi * (1.0 - std::sqrt(1.0 - ratio * ratio)));
   const float cosine = static_cast<float>(cos_zenith);
   const Spectrum arriving = transmittance(cos_zenith, 0.0);
-  const Spectrum whole = transmittance(1.0, 0.0), above = transmittance(1.0, relative_height);
+  const Spectrum whole = transmittances_[k_angles - 1], above = transmittance(1.0, relative_height);
   const float ground = k_isotropic * solid_angle * k_ground_albedo * k_inv_pi * std::max(cosine, 0.0f);
   const float air = 0.02f / (1.0f + 5.0f * std::exp(-17.92f * cosine));
   Spectrum result;

@@ -10,6 +10,10 @@
 
 namespace lambent {
 
+/// Distance to a sphere around the origin along a unit direction, to where it is entered or, from inside, left;
+/// negative where it is missed. In double: a few metres of height against the Earth's radius.
+double distance_to_sphere(const Vec3d& p, const Vec3d& d, double radius);
+
 class SpectralAtmosphere {
  public:
   /// Densities relative to the Earth's. Takes some 50 ms of one core for a table of transmittances.

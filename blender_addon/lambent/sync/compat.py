@@ -20,9 +20,6 @@ RAMP_TABLE_ROWS = 257 if bpy.app.version >= (5, 0, 0) else 256
 # Passes are called "Diffuse Direct" and not "DiffDir" since 5.0.
 LONG_PASS_NAMES = bpy.app.version >= (5, 0, 0)
 
-# The Voronoi Texture hashes its cells as whole numbers since 5.0, so that its patterns are others.
-VORONOI_HASHES_CELLS = bpy.app.version >= (5, 0, 0)
-
 # Whose rules shaders follow, as the daemon counts versions of Cycles.
 CYCLES_VERSION = 100 * bpy.app.version[0] + bpy.app.version[1]
 

@@ -45,10 +45,6 @@ def _normal(node, found):
     found["direction"] = list(node.outputs["Normal"].default_value)
 
 
-def _voronoi(_node, found):
-    found["cell_hashes"] = compat.VORONOI_HASHES_CELLS
-
-
 def _light_profile(node, found):
     """The text of an IES file as the property "profile"; empty where it cannot be read."""
     found.pop("filepath", None)
@@ -74,7 +70,6 @@ _SPECIAL = {
     "ShaderNodeOutputAOV": _aov,
     "ShaderNodeBsdfPrincipled": _principled,
     "ShaderNodeNormal": _normal,
-    "ShaderNodeTexVoronoi": _voronoi,
     "ShaderNodeTexIES": _light_profile,
 }
 

@@ -11,7 +11,7 @@ namespace lambent {
 namespace {
 
 constexpr const char* k_head =
-    "integrator,time_limit_s,sample_limit,seed,samples,render_s,cpu_s,rel_mse,smape,non_finite";
+    "integrator,time_limit_s,sample_limit,seed,samples,render_s,cpu_s,rel_mse,rel_mse_trimmed,smape,non_finite";
 
 std::vector<std::string> split(const std::string& line) {
   std::vector<std::string> cells(1);
@@ -30,11 +30,12 @@ bool parse(const std::string& text, T& value) {
 }
 
 bool parse(const std::vector<std::string>& cells, CurvePoint& point) {
-  if (cells.size() != 10 || cells[0].empty()) return false;
+  if (cells.size() != 11 || cells[0].empty()) return false;
   point.integrator = cells[0];
   return parse(cells[1], point.time_limit_s) && parse(cells[2], point.sample_limit) && parse(cells[3], point.seed) &&
          parse(cells[4], point.samples) && parse(cells[5], point.render_s) && parse(cells[6], point.cpu_s) &&
-         parse(cells[7], point.rel_mse) && parse(cells[8], point.smape) && parse(cells[9], point.non_finite);
+         parse(cells[7], point.rel_mse) && parse(cells[8], point.rel_mse_trimmed) && parse(cells[9], point.smape) &&
+         parse(cells[10], point.non_finite);
 }
 
 /// Linear interpolation in logarithms: y at x between (x0, y0) and (x1, y1).
@@ -49,8 +50,9 @@ double interpolate(double x, double x0, double y0, double x1, double y1) {
 std::string csv_text(std::span<const CurvePoint> points) {
   std::string text = fmt::format("{}\n", k_head);
   for (const CurvePoint& p : points)
-    text += fmt::format("{},{},{},{},{},{:.6f},{:.6f},{:.9g},{:.9g},{}\n", p.integrator, p.time_limit_s, p.sample_limit,
-                        p.seed, p.samples, p.render_s, p.cpu_s, p.rel_mse, p.smape, p.non_finite);
+    text += fmt::format("{},{},{},{},{},{:.6f},{:.6f},{:.9g},{:.9g},{:.9g},{}\n", p.integrator, p.time_limit_s,
+                        p.sample_limit, p.seed, p.samples, p.render_s, p.cpu_s, p.rel_mse, p.rel_mse_trimmed, p.smape,
+                        p.non_finite);
   return text;
 }
 
@@ -96,7 +98,9 @@ std::vector<ErrorCurve> curves_of(std::span<const CurvePoint> points, Clock cloc
     if (mean == means[index].end())
       mean = means[index].insert(mean, {point.time_limit_s, 0.0, 0.0, point.sample_limit, 0});
     mean->time_s += clock == Clock::cpu ? point.cpu_s : point.render_s;
-    mean->error += measure == ErrorMeasure::smape ? point.smape : point.rel_mse;
+    mean->error += measure == ErrorMeasure::smape     ? point.smape
+                   : measure == ErrorMeasure::rel_mse ? point.rel_mse
+                                                      : point.rel_mse_trimmed;
     ++mean->count;
   }
   for (size_t i = 0; i < curves.size(); ++i) {

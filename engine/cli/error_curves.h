@@ -17,12 +17,13 @@ struct CurvePoint {
   double time_limit_s = 0.0;  ///< what it was asked for: seconds by the clock,
   int64_t sample_limit = 0;   ///< or samples a pixel; 0 where the other one is given
   uint32_t seed = 0;
-  int64_t samples = 0;      ///< samples that every pixel got
-  double render_s = 0.0;    ///< wall time without building the scene
-  double cpu_s = 0.0;       ///< of all threads meanwhile
-  double rel_mse = 0.0;     ///< as ImageComparison
-  double smape = 0.0;       ///< as ImageComparison
-  uint64_t non_finite = 0;  ///< pixels left out of both
+  int64_t samples = 0;           ///< samples that every pixel got
+  double render_s = 0.0;         ///< wall time without building the scene
+  double cpu_s = 0.0;            ///< of all threads meanwhile
+  double rel_mse = 0.0;          ///< as ImageComparison
+  double rel_mse_trimmed = 0.0;  ///< as ImageComparison
+  double smape = 0.0;            ///< as ImageComparison
+  uint64_t non_finite = 0;       ///< pixels left out of all
 };
 
 /// A head line and one line a point.
@@ -31,7 +32,7 @@ std::string csv_text(std::span<const CurvePoint> points);
 Result<std::vector<CurvePoint>> read_csv(const std::string& path);
 
 enum class Clock : uint8_t { render, cpu };
-enum class ErrorMeasure : uint8_t { rel_mse, smape };
+enum class ErrorMeasure : uint8_t { rel_mse, rel_mse_trimmed, smape };
 
 /// Error of one integrator by time: means over the seeds of each limit, by growing time. All values are positive.
 struct ErrorCurve {

@@ -19,8 +19,8 @@ ErrorCurve power_law(const std::string& name, double error_at_1_s, double slope,
 }
 
 TEST(ErrorCurves, csv_is_read_as_it_was_written) {
-  const std::vector<CurvePoint> points = {{"PT", 1.0, 0, 7, 12, 1.25, 2.5, 0.125, 0.25, 3},
-                                          {"VCM", 0.0, 16, 8, 16, 0.5, 1.0, 1e-7, 0.5, 0}};
+  const std::vector<CurvePoint> points = {{"PT", 1.0, 0, 7, 12, 1.25, 2.5, 0.125, 0.0625, 0.25, 3},
+                                          {"VCM", 0.0, 16, 8, 16, 0.5, 1.0, 1e-7, 5e-8, 0.5, 0}};
   const std::string path = testing::TempDir() + "curves.csv";
   std::ofstream(path) << csv_text(points);
   const auto read = read_csv(path);
@@ -29,6 +29,7 @@ TEST(ErrorCurves, csv_is_read_as_it_was_written) {
   EXPECT_EQ((*read)[0].integrator, "PT");
   EXPECT_EQ((*read)[0].seed, 7u);
   EXPECT_EQ((*read)[0].rel_mse, 0.125);
+  EXPECT_EQ((*read)[0].rel_mse_trimmed, 0.0625);
   EXPECT_EQ((*read)[0].non_finite, 3u);
   EXPECT_EQ((*read)[1].sample_limit, 16);
   EXPECT_EQ((*read)[1].rel_mse, 1e-7);
@@ -48,9 +49,9 @@ TEST(ErrorCurves, a_damaged_csv_is_named_with_its_line) {
 }
 
 TEST(ErrorCurves, points_of_one_limit_are_averaged_over_seeds) {
-  const std::vector<CurvePoint> points = {{"PT", 2.0, 0, 1, 4, 2.0, 4.0, 0.3, 0.1, 0},
-                                          {"PT", 1.0, 0, 1, 2, 1.0, 2.0, 0.8, 0.2, 0},
-                                          {"PT", 2.0, 0, 2, 4, 2.2, 4.2, 0.5, 0.3, 0}};
+  const std::vector<CurvePoint> points = {{"PT", 2.0, 0, 1, 4, 2.0, 4.0, 0.3, 0.25, 0.1, 0},
+                                          {"PT", 1.0, 0, 1, 2, 1.0, 2.0, 0.8, 0.7, 0.2, 0},
+                                          {"PT", 2.0, 0, 2, 4, 2.2, 4.2, 0.5, 0.4, 0.3, 0}};
   const auto by_render = curves_of(points, Clock::render, ErrorMeasure::rel_mse);
   ASSERT_EQ(by_render.size(), 1u);
   ASSERT_EQ(by_render[0].time_s.size(), 2u);

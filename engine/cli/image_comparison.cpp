@@ -43,6 +43,8 @@ ImageComparison compare_images(const ImageLayer& a, const ImageLayer& reference,
   std::vector<TileSums> tiles(static_cast<size_t>(tiles_x) * tiles_y);
   double error_sum = 0.0, smape_sum = 0.0, sum_a = 0.0, sum_reference = 0.0;
   size_t values = 0;
+  std::vector<double> pixel_errors;
+  pixel_errors.reserve(static_cast<size_t>(reference.width) * static_cast<size_t>(reference.height));
   for (int y = 0; y < reference.height; ++y)
     for (int x = 0; x < reference.width; ++x) {
       const size_t at = (static_cast<size_t>(y) * reference.width + x) * channels;
@@ -66,6 +68,7 @@ ImageComparison compare_images(const ImageLayer& a, const ImageLayer& reference,
         continue;
       }
       error_sum += pixel_error;
+      pixel_errors.push_back(pixel_error);
       smape_sum += pixel_smape;
       sum_a += pixel_a;
       sum_reference += pixel_reference;
@@ -80,6 +83,12 @@ ImageComparison compare_images(const ImageLayer& a, const ImageLayer& reference,
   if (values) {
     result.rel_mse = error_sum / static_cast<double>(values);
     result.smape = smape_sum / static_cast<double>(values);
+    const size_t kept = pixel_errors.size() - pixel_errors.size() / 1000;
+    std::nth_element(pixel_errors.begin(), pixel_errors.begin() + static_cast<std::ptrdiff_t>(kept) - 1,
+                     pixel_errors.end());
+    double kept_sum = 0.0;
+    for (size_t i = 0; i < kept; ++i) kept_sum += pixel_errors[i];
+    result.rel_mse_trimmed = kept_sum / static_cast<double>(kept * channels);
   }
   if (sum_a != sum_reference) result.mean_ratio = sum_a / sum_reference;
 

@@ -39,6 +39,15 @@ TEST(ImageComparison, measures_have_their_definitions) {
   EXPECT_EQ(found.failed_tiles, 1u);  // different without noise
 }
 
+TEST(ImageComparison, the_trimmed_error_is_that_without_the_worst_thousandth) {
+  ImageLayer image = constant(100, 0.6f);  // 10,000 pixels, 10 of them left out
+  for (size_t i = 0; i < 11; ++i) image.pixels[i * 3] = 1e4f;
+  const ImageComparison found = compare_images(image, constant(100, 0.5f), {});
+  const double one = (1e4 - 0.5) * (1e4 - 0.5) / 0.26, usual = 0.01 / 0.26;
+  EXPECT_NEAR(found.rel_mse / ((11 * one + (30000 - 11) * usual) / 30000), 1.0, 1e-6);
+  EXPECT_NEAR(found.rel_mse_trimmed / ((one + (9990 * 3 - 1) * usual) / (9990 * 3)), 1.0, 1e-6);
+}
+
 TEST(ImageComparison, smape_is_1_where_only_one_picture_has_light_and_0_where_neither_has) {
   ImageLayer half = constant(16, 0.0f);
   for (size_t i = 0; i < half.pixels.size() / 2; ++i) half.pixels[i] = 3.0f;

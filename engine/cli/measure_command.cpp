@@ -195,12 +195,14 @@ int Measurement::add_point(const std::string& integrator, const Limit& limit, in
   const Picture picture = run_.session().picture();
   const ImageComparison found = compare_images(layer_of(picture), crop(reference_, picture.rendered), {});
   point.rel_mse = found.rel_mse;
+  point.rel_mse_trimmed = found.rel_mse_trimmed;
   point.smape = found.smape;
   point.non_finite = found.non_finite;
   points_.push_back(point);
   if (!options_.quiet)
-    say(fmt::format("{:4} {}: relMSE {:.4g}, SMAPE {:.4g} ({} samples, {:.2f} s, CPU {:.2f} s){}", integrator,
-                    limit.text(), point.rel_mse, point.smape, point.samples, point.render_s, point.cpu_s,
+    say(fmt::format("{:4} {}: relMSE {:.4g} (trimmed {:.4g}), SMAPE {:.4g} ({} samples, {:.2f} s, CPU {:.2f} s){}",
+                    integrator, limit.text(), point.rel_mse, point.rel_mse_trimmed, point.smape, point.samples,
+                    point.render_s, point.cpu_s,
                     point.non_finite ? fmt::format(", {} pixels are not finite", point.non_finite) : ""));
   if (options_.pictures && number == 0)
     if (!write_picture_of(in_folder(fmt::format("{}_{}.exr", integrator, limit.file_text())), settings, outcome))
@@ -244,7 +246,8 @@ int Measurement::conclude() {
   const Clock clock = options_.clock == "cpu" ? Clock::cpu : Clock::render;
   const std::string unit = clock == Clock::cpu ? "CPU s" : "s";
   const Diagram diagrams[] = {
-      {"relMSE", "rendering time, " + unit, curves_of(points_, clock, ErrorMeasure::rel_mse)},
+      {"relMSE without the worst 0.1%", "rendering time, " + unit,
+       curves_of(points_, clock, ErrorMeasure::rel_mse_trimmed)},
       {"SMAPE", "rendering time, " + unit, curves_of(points_, clock, ErrorMeasure::smape)},
   };
   if (const Status written = plot(diagrams, names()).write_png(in_folder("curves.png")); !written) {
@@ -257,15 +260,16 @@ int Measurement::conclude() {
   std::string table = "integrator,baseline,time_s,error_ratio,error,time_ratio,bound\n";
   for (const ErrorCurve& curve : curves) {
     if (baseline == curves.end()) {
-      fmt::print("{:6} relMSE {:.4g} after {:.3g} {}\n", curve.integrator, curve.error.back(), curve.time_s.back(),
-                 unit);
+      fmt::print("{:6} trimmed relMSE {:.4g} after {:.3g} {}\n", curve.integrator, curve.error.back(),
+                 curve.time_s.back(), unit);
       continue;
     }
     const SpeedUp found = speed_up(curve, *baseline);
     static constexpr const char* k_bounds[] = {"", "at least ", "at most "};
     const char* bound = k_bounds[size_t(found.time_bound)];
     fmt::print(
-        "{:6} relMSE {:.4g} after {:.3g} {}; error of {} at {:.3g} s: {}; its time to relMSE {:.3g}: {}{:.3g} times\n",
+        "{:6} trimmed relMSE {:.4g} after {:.3g} {}; error of {} at {:.3g} s: {}; its time to relMSE {:.3g}: {}{:.3g} "
+        "times\n",
         curve.integrator, curve.error.back(), curve.time_s.back(), unit, options_.baseline, found.time_s,
         found.error_ratio ? fmt::format("{:.3g} times", *found.error_ratio) : "not measured", found.error, bound,
         found.time_ratio);

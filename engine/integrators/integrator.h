@@ -91,9 +91,9 @@ class Integrator {
   /// pixels). A pixel that has some samples already continues with its next one.
   virtual RayCounts render_tile(Film& film, int tile, int64_t target_samples, const CancelFlag& cancel) = 0;
 
-  /// Stages of work that come before the tiles of each sample, one stage after the other, with nothing else running
-  /// in between; then passes are of one sample each. 0: there are none, passes overlap.
-  virtual int stages() const { return 0; }
+  /// Stages of work that come before the tiles of the pass that brings pixels to `sample` + 1 samples, one stage after
+  /// the other, with nothing else running in between; such a pass is of one sample. 0: there are none, passes overlap.
+  virtual int stages(int64_t sample) const { return 0; }
   /// Prepares a stage of the pass that brings pixels to `sample` + 1 samples. Returns its number of pieces. Short;
   /// called by one thread while nothing runs.
   virtual int begin_stage(Film& film, int64_t sample, int stage) { return 0; }

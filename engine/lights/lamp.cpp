@@ -329,26 +329,36 @@ bool Lamp::intersect_infinite(const Vec3& direction, LightHit& hit) const {
   return true;
 }
 
+Vec3 start_of_infinite_ray(const Vec3& direction, const Vec2& u, const EmissionTarget* target, const Vec3& scene_center,
+                           float scene_radius) {
+  const Vec3 p = (target ? *target : EmissionTarget{scene_center, scene_radius}).sample_line(direction, u);
+  return p - direction * (scene_radius + dot(p - scene_center, direction));
+}
+
 bool Lamp::sample_emission(const Vec2& u_position, const Vec2& u_direction, const Vec3& scene_center,
-                           float scene_radius, EmissionSample& sample) const {
+                           float scene_radius, const EmissionTarget* target, EmissionSample& sample) const {
   sample.is_delta_position = is_delta_ && kind_ != LightKind::sun;
   sample.is_delta_direction = is_delta_ && kind_ == LightKind::sun;
   sample.is_infinite = kind_ == LightKind::sun;
   sample.cos_light = 1.0f;
   if (kind_ == LightKind::sun) {
     const LampSample towards = this->sample(Vec3(0.0f), u_direction);
-    const Frame frame = Frame::from_normal(-towards.direction);
-    const Vec2 d = sample_disk(u_position) * scene_radius;
-    sample.direction_world = frame.n;
-    sample.n_light_world = frame.n;
-    sample.p_light_world = scene_center + frame.s * d.x + frame.t * d.y - frame.n * scene_radius;
+    sample.direction_world = -towards.direction;
+    sample.n_light_world = -towards.direction;
+    sample.p_light_world = start_of_infinite_ray(-towards.direction, u_position, target, scene_center, scene_radius);
     sample.radiance = towards.radiance;
-    sample.pdf_direction_solid_angle = towards.pdf_solid_angle;
-    sample.pdf_area = 1.0f / (k_pi * scene_radius * scene_radius);
     return true;
   }
-  // Directions: the sphere for points; by the cosine within the cone that emits for the others.
-  if (kind_ == LightKind::point) {
+  sample.p_light_world = center_;
+  if (kind_ == LightKind::area) {
+    const Vec2 d = round_ ? sample_disk(u_position) * 0.5f : Vec2(u_position.x - 0.5f, u_position.y - 0.5f);
+    sample.p_light_world = center_ + unit_u_ * (width_ * d.x) + unit_v_ * (height_ * d.y);
+    sample.uv = {d.y + 0.5f, -d.x - d.y};
+  }
+  // Directions: the target's cone; else the sphere for points; by the cosine within the cone that emits for the others.
+  if (target) {
+    sample.direction_world = target->sample_direction(sample.p_light_world, u_direction);
+  } else if (kind_ == LightKind::point) {
     sample.direction_world = sample_uniform_sphere(u_direction);
   } else {
     const float sin_squared =
@@ -358,30 +368,23 @@ bool Lamp::sample_emission(const Vec2& u_position, const Vec2& u_direction, cons
   }
   const Vec3& w = sample.direction_world;
   const float cos_axis = dot(w, frame_.n);
-  const EmissionPdf pdf = pdf_emission(w, scene_radius);
-  sample.pdf_area = pdf.pdf_area;
-  sample.pdf_direction_solid_angle = pdf.pdf_direction_solid_angle;
-  sample.n_light_world = w;
-  if (traits_.program) sample.uv = sphere_uv(w);
   if (kind_ == LightKind::area) {
-    const Vec2 d = round_ ? sample_disk(u_position) * 0.5f : Vec2(u_position.x - 0.5f, u_position.y - 0.5f);
-    sample.p_light_world = center_ + unit_u_ * (width_ * d.x) + unit_v_ * (height_ * d.y);
     sample.n_light_world = frame_.n;
-    sample.uv = {d.y + 0.5f, -d.x - d.y};
     sample.cos_light = cos_axis;
     sample.radiance = radiance_ * spread_attenuation(w);
-    return cos_axis > 0.0f && pdf.pdf_direction_solid_angle > 0.0f;
+    return cos_axis > 0.0f;
   }
-  sample.p_light_world = center_;
+  sample.n_light_world = w;
+  if (traits_.program) sample.uv = sphere_uv(w);
   sample.radiance = radiance_ * spot_attenuation(cos_axis);
-  if (is_delta_) return pdf.pdf_direction_solid_angle > 0.0f;
+  if (is_delta_) return true;
   const Vec2 d = sample_disk(u_position);
   const float b_squared = d.x * d.x + d.y * d.y;
   if (!(b_squared < 1.0f)) return false;
   const Frame frame = Frame::from_normal(w);
   sample.p_light_world =
       center_ + (frame.s * d.x + frame.t * d.y + w * (b_squared / std::sqrt(1.0f - b_squared))) * radius_;
-  return pdf.pdf_direction_solid_angle > 0.0f;
+  return true;
 }
 
 EmissionPdf Lamp::pdf_emission(const Vec3& direction_from_light, float scene_radius) const {

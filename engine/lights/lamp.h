@@ -4,6 +4,7 @@
 #include <string>
 
 #include "engine/base/frame.h"
+#include "engine/lights/emission_aim.h"
 #include "engine/lights/light.h"
 #include "engine/lights/light_tree.h"
 
@@ -18,6 +19,11 @@ struct LampSample {
   Color radiance{0.0f};          ///< delta lamps: irradiance on a facing surface
   float pdf_solid_angle = 0.0f;  ///< delta lamps: 1; 0: nothing to add
 };
+
+/// Start of a ray of an infinite light along `direction` (unit): through a point of the scene's disk, or the target's,
+/// on the plane that touches the scene's sphere on the light's side.
+Vec3 start_of_infinite_ray(const Vec3& direction, const Vec2& u, const EmissionTarget* target, const Vec3& scene_center,
+                           float scene_radius);
 
 /// A lamp with everything derived from its description. Immutable.
 ///
@@ -35,6 +41,7 @@ class Lamp {
 
   LightKind kind() const { return kind_; }
   bool is_delta() const { return is_delta_; }
+  const Vec3& center() const { return center_; }
   bool is_infinite() const { return kind_ == LightKind::sun; }
   /// False if energy per area exceeds what a float holds.
   bool has_finite_radiance() const { return is_finite(radiance_ * spread_norm_); }
@@ -56,9 +63,11 @@ class Lamp {
   /// Whether a ray that leaves the scene meets the sun's disk.
   bool intersect_infinite(const Vec3& direction, LightHit& hit) const;
 
-  /// Ray that leaves the lamp; fills all but light, prob_selection and traits. `scene` is the scene's sphere.
+  /// Ray that leaves the lamp, sent to `target` unless that is null; fills all but light, traits and densities (see
+  /// pdf_emission). `scene` is the scene's sphere. False: no light goes there.
   bool sample_emission(const Vec2& u_position, const Vec2& u_direction, const Vec3& scene_center, float scene_radius,
-                       EmissionSample& sample) const;
+                       const EmissionTarget* target, EmissionSample& sample) const;
+  /// Densities of that without a target.
   EmissionPdf pdf_emission(const Vec3& direction_from_light, float scene_radius) const;
 
  private:

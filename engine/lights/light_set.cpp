@@ -244,25 +244,35 @@ float LightSet::prob_emission(LightIndex light) const {
   return emitter == k_no_light || emission_cdf_.empty() ? 0.0f : share(0) * tree_.prob_by_intensity(emitter);
 }
 
-EmissionSample LightSet::sample_emission(const Vec2& u_emitter, const Vec2& u_direction) const {
-  EmissionSample sample;
-  if (emission_cdf_.empty()) return sample;
-  ReusedNumber u_first(u_emitter);
+LightSet::Emitter LightSet::select_emitter(ReusedNumber& u, const EmissionAim* aim) const {
+  if (emission_cdf_.empty()) return {};
+  if (aim && u.value() < static_cast<double>(EmissionAim::k_share)) {
+    u.stretch(0.0, static_cast<double>(EmissionAim::k_share));
+    const EmissionAim::Choice choice = aim->choose(u);
+    LightIndex light = aim->light_of(choice.row);
+    if (light == k_no_light && !tree_.empty()) light = light_of_emitter(tree_.sample_by_intensity(u).emitter);
+    const float prob = light <= environment_ ? prob_emission(light) : 0.0f;
+    return prob > 0.0f ? Emitter{light, prob, choice.target} : Emitter{};
+  }
+  if (aim) u.stretch(static_cast<double>(EmissionAim::k_share), 1.0 - static_cast<double>(EmissionAim::k_share));
   size_t group = 0;
-  while (group + 1 < emission_cdf_.size() && u_first.value() >= static_cast<double>(emission_cdf_[group])) ++group;
+  while (group + 1 < emission_cdf_.size() && u.value() >= static_cast<double>(emission_cdf_[group])) ++group;
   const float below = group > 0 ? emission_cdf_[group - 1] : 0.0f;
   const float width = emission_cdf_[group] - below;
-  if (!(width > 0.0f)) return sample;
-  u_first.stretch(static_cast<double>(below), static_cast<double>(width));
-  LightIndex light = k_no_light;
-  if (group == 0) {
-    const LightTree::Choice choice = tree_.sample_by_intensity(u_first);
-    light = light_of_emitter(choice.emitter);
-    sample.prob_selection = width * choice.prob;
-  } else {
-    light = infinite_sampled_[group - 1];
-    sample.prob_selection = width;
-  }
+  if (!(width > 0.0f)) return {};
+  u.stretch(static_cast<double>(below), static_cast<double>(width));
+  if (group > 0) return {infinite_sampled_[group - 1], width, nullptr};
+  const LightTree::Choice choice = tree_.sample_by_intensity(u);
+  return {light_of_emitter(choice.emitter), width * choice.prob, nullptr};
+}
+
+EmissionSample LightSet::sample_emission(const Vec2& u_emitter, const Vec2& u_direction, const EmissionAim* aim) const {
+  if (aim && aim->empty()) aim = nullptr;
+  EmissionSample sample;
+  ReusedNumber u_first(u_emitter);
+  const Emitter emitter = select_emitter(u_first, aim);
+  if (emitter.light == k_no_light) return sample;
+  const LightIndex light = emitter.light;
   const Vec2 u_position(u_first.rest(), u_emitter.y);
   sample.traits = &traits(light);
   bool valid = true;
@@ -272,37 +282,47 @@ EmissionSample LightSet::sample_emission(const Vec2& u_emitter, const Vec2& u_di
     const Vec2 weights = sample_triangle(u_position);
     sample.uv = {weights.y, 1.0f - weights.x - weights.y};
     sample.p_light_world = t.a + t.edge_b * sample.uv.x + t.edge_c * sample.uv.y;
-    // The side by the first number, which is then stretched to serve again.
-    const bool both = emission.front && emission.back;
-    const bool front = both ? u_direction.x < 0.5f : emission.front;
-    const Vec2 u(both ? std::min(front ? 2.0f * u_direction.x : 2.0f * u_direction.x - 1.0f, k_one_minus_epsilon)
-                      : u_direction.x,
-                 u_direction.y);
-    sample.n_light_world = normalize(cross(t.edge_b, t.edge_c)) * (front ? 1.0f : -1.0f);
-    const Vec3 local = sample_cosine_hemisphere(u);
-    sample.direction_world = Frame::from_normal(sample.n_light_world).to_world(local);
-    sample.cos_light = local.z;
+    sample.n_light_world = normalize(cross(t.edge_b, t.edge_c));
+    if (emitter.target) {
+      sample.direction_world = emitter.target->sample_direction(sample.p_light_world, u_direction);
+      sample.cos_light = dot(sample.n_light_world, sample.direction_world);
+      if (sample.cos_light < 0.0f) sample.n_light_world = -sample.n_light_world;
+      sample.cos_light = std::fabs(sample.cos_light);
+    } else {
+      // The side by the first number, which is then stretched to serve again.
+      const bool both = emission.front && emission.back;
+      const bool front = both ? u_direction.x < 0.5f : emission.front;
+      const Vec2 u(both ? std::min(front ? 2.0f * u_direction.x : 2.0f * u_direction.x - 1.0f, k_one_minus_epsilon)
+                        : u_direction.x,
+                   u_direction.y);
+      if (!front) sample.n_light_world = -sample.n_light_world;
+      const Vec3 local = sample_cosine_hemisphere(u);
+      sample.direction_world = Frame::from_normal(sample.n_light_world).to_world(local);
+      sample.cos_light = local.z;
+    }
     sample.radiance = emission.radiance;
     sample.instance = t.instance;
     sample.triangle = t.triangle;
-    const EmissionPdf pdf = pdf_on_light(light, sample.n_light_world, sample.direction_world);
-    sample.pdf_area = pdf.pdf_area;
-    sample.pdf_direction_solid_angle = pdf.pdf_direction_solid_angle;
   } else if (light == environment_) {
-    const Vec3 towards = environment_light_->sample(Vec3(0.0f), u_direction, sample.pdf_direction_solid_angle);
-    const Frame frame = Frame::from_normal(-towards);
-    const Vec2 d = sample_disk(u_position) * scene_radius_;
-    sample.direction_world = frame.n;
-    sample.n_light_world = frame.n;
-    sample.p_light_world = scene_center_ + frame.s * d.x + frame.t * d.y - frame.n * scene_radius_;
+    float pdf_direction = 0.0f;
+    const Vec3 towards = environment_light_->sample(Vec3(0.0f), u_direction, pdf_direction);
+    sample.direction_world = -towards;
+    sample.n_light_world = -towards;
+    sample.p_light_world = start_of_infinite_ray(-towards, u_position, emitter.target, scene_center_, scene_radius_);
     sample.radiance = environment_light_->light().radiance;
-    sample.pdf_area = 1.0f / (k_pi * scene_radius_ * scene_radius_);
     sample.is_infinite = true;
   } else {
-    valid = lamps_[light].sample_emission(u_position, u_direction, scene_center_, scene_radius_, sample);
+    valid =
+        lamps_[light].sample_emission(u_position, u_direction, scene_center_, scene_radius_, emitter.target, sample);
   }
-  const float pdf = sample.pdf_area * sample.pdf_direction_solid_angle;
-  if (!valid || !(pdf > 0.0f) || !std::isfinite(pdf)) return {};
+  EmissionPdf pdf = pdf_on_light(light, sample.n_light_world, sample.direction_world);
+  pdf.prob_selection = emitter.prob;
+  if (aim) add_aimed(light, sample.direction_world, sample.p_light_world, *aim, pdf);
+  sample.prob_selection = pdf.prob_selection;
+  sample.pdf_area = pdf.pdf_area;
+  sample.pdf_direction_solid_angle = pdf.pdf_direction_solid_angle;
+  const float product = sample.pdf_area * sample.pdf_direction_solid_angle;
+  if (!valid || !(product > 0.0f) || !std::isfinite(product)) return {};
   sample.light = light;
   return sample;
 }
@@ -326,12 +346,39 @@ EmissionPdf LightSet::pdf_on_light(LightIndex light, const Vec3& n_light, const 
   return pdf;
 }
 
-EmissionPdf LightSet::pdf_emission(LightIndex light, const Vec3& n_light, const Vec3& direction) const {
+/// From densities without an aim to those with it: the choice of the light, and of what is aimed given the light.
+void LightSet::add_aimed(LightIndex light, const Vec3& direction, const Vec3& p_ray, const EmissionAim& aim,
+                         EmissionPdf& pdf) const {
+  const LightKind kind = this->kind(light);
+  const bool infinite = kind == LightKind::sun || kind == LightKind::environment;
+  // What only emission in other directions could have been sampled for stays so.
+  if (!(pdf.pdf_direction_solid_angle > 0.0f)) return;
+  const bool round = kind == LightKind::point || kind == LightKind::spot;
+  const Vec3 origin = round ? lamps_[light].center() : p_ray;
+  float& aimed = infinite ? pdf.pdf_area : pdf.pdf_direction_solid_angle;
+  float prob = (1.0f - EmissionAim::k_share) * pdf.prob_selection;
+  float density = prob * aimed;
+  const auto add_row = [&](int row, float prob_of_light) {
+    const float share = EmissionAim::k_share * prob_of_light;
+    prob += share * aim.prob(row);
+    density += share * (infinite ? aim.density_of_line(row, origin, direction)
+                                 : aim.density_of_direction(row, origin, direction));
+  };
+  if (const int row = aim.row_of(light); row != EmissionAim::k_no_row) add_row(row, 1.0f);
+  if (const int rest = aim.row_of_rest(); rest != EmissionAim::k_no_row && !infinite)
+    add_row(rest, tree_.prob_by_intensity(emitter_of_light(light)));
+  pdf.prob_selection = prob;
+  aimed = density / prob;
+}
+
+EmissionPdf LightSet::pdf_emission(LightIndex light, const Vec3& n_light, const Vec3& direction, const Vec3& p_ray,
+                                   const EmissionAim* aim) const {
   if (light == k_no_light || light > environment_) return {};
   const float prob = prob_emission(light);
   if (!(prob > 0.0f)) return {};
   EmissionPdf pdf = pdf_on_light(light, n_light, direction);
   pdf.prob_selection = prob;
+  if (aim && !aim->empty()) add_aimed(light, direction, p_ray, *aim, pdf);
   return pdf;
 }
 

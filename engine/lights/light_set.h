@@ -9,6 +9,7 @@
 
 #include "engine/base/report.h"
 #include "engine/base/vec.h"
+#include "engine/lights/emission_aim.h"
 #include "engine/lights/environment.h"
 #include "engine/lights/lamp.h"
 #include "engine/lights/lamp_bvh.h"
@@ -108,12 +109,16 @@ class LightSet {
 
   // --- Light as seen from the lights
 
-  /// Chooses a light by power and a position on it by `u_emitter`, and a direction by `u_direction`, both in [0, 1)².
-  EmissionSample sample_emission(const Vec2& u_emitter, const Vec2& u_direction) const;
+  /// Chooses a light by power and a position on it by `u_emitter`, and a direction by `u_direction`, both in [0, 1)²;
+  /// with an aim, a share of them as EmissionAim says.
+  EmissionSample sample_emission(const Vec2& u_emitter, const Vec2& u_direction,
+                                 const EmissionAim* aim = nullptr) const;
 
   /// Densities of sample_emission for the ray that leaves `light` along `direction_from_light` (unit). For triangles
-  /// and area lamps `n_light` is the normal of the side that emits.
-  EmissionPdf pdf_emission(LightIndex light, const Vec3& n_light_world, const Vec3& direction_from_light_world) const;
+  /// and area lamps `n_light` is the normal of the side that emits. `p_ray`: where the ray leaves finite lights, any
+  /// point of it for infinite ones; only an aim asks.
+  EmissionPdf pdf_emission(LightIndex light, const Vec3& n_light_world, const Vec3& direction_from_light_world,
+                           const Vec3& p_ray_world = Vec3(0.0f), const EmissionAim* aim = nullptr) const;
 
   // --- Facts about a light
 
@@ -165,6 +170,14 @@ class LightSet {
   float infinite_importance(size_t i, const Vec3& n, EvenWorld even_world) const;
   float prob_emission(LightIndex light) const;
   EmissionPdf pdf_on_light(LightIndex light, const Vec3& n_light, const Vec3& direction) const;
+  struct Emitter {
+    LightIndex light = k_no_light;
+    float prob = 0.0f;                       ///< by power
+    const EmissionTarget* target = nullptr;  ///< null: not aimed
+  };
+  Emitter select_emitter(ReusedNumber& u, const EmissionAim* aim) const;
+  void add_aimed(LightIndex light, const Vec3& direction, const Vec3& p_ray, const EmissionAim& aim,
+                 EmissionPdf& pdf) const;
   LightHit infinite_hit(LightIndex light, const Vec3& direction, uint32_t ray_kinds) const;
   bool sample_triangle_light(const Vec3& p, const Vec2& u, LightSample& sample) const;
   float pdf_solid_angle_on_light(const Vec3& p, const Vec3& n, LightIndex light, const Vec3& direction, float distance,

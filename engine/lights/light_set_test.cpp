@@ -358,38 +358,63 @@ TEST(LightSet, both_transport_directions_give_a_patch_the_same_light) {
     builder.set_scene_bounds({{-1, -1, 0}, {1, 1, 1.5f}});
     c.add(builder);
     const auto set = build(builder);
-    double asked = 0.0, sent = 0.0, asked_square = 0.0, sent_square = 0.0;
     const uint32_t count = 1 << 18;
+    double asked = 0.0, asked_square = 0.0;
     for (uint32_t i = 0; i < count; ++i) {
       const Sampler sampler(3, 0, 0, i);
       const Vec2 u = sampler.get_2d(2);
-      const Vec3 q(u.x - 0.5f, u.y - 0.5f, 0);
-      const LightSample s = set->sample(q, n, sampler.get_2d(1));
-      double value = 0.0;
-      if (s)
-        value = static_cast<double>(s.radiance.x * std::max(s.direction_world.z, 0.0f)) /
-                static_cast<double>(s.pdf_solid_angle);
+      const LightSample s = set->sample(Vec3(u.x - 0.5f, u.y - 0.5f, 0), n, sampler.get_2d(1));
+      if (!s) continue;
+      const double value = static_cast<double>(s.radiance.x * std::max(s.direction_world.z, 0.0f)) /
+                           static_cast<double>(s.pdf_solid_angle);
       asked += value / count;
       asked_square += value * value / count;
-      const EmissionSample e = set->sample_emission(sampler.get_2d(4), sampler.get_2d(5));
-      value = 0.0;
-      if (e) {
-        const EmissionPdf pdf = set->pdf_emission(e.light, e.n_light_world, e.direction_world);
+    }
+    EXPECT_GT(asked, 0.1) << c.name;
+
+    // Not aimed; at that patch; at another, which is worse but as right.
+    const auto arrival_at = [&](const EmissionSample& e, float from_x) {
+      const float t = -e.p_light_world.z / e.direction_world.z;
+      const Vec3 hit = e.p_light_world + e.direction_world * t;
+      const bool inside =
+          t > 0 && e.direction_world.z < 0 && hit.x > from_x && hit.x < from_x + 1 && std::fabs(hit.y) < 0.5f;
+      return EmissionArrival{e.light, e.is_infinite, hit, inside ? 1.0f : 0.0f};
+    };
+    std::vector<EmissionAim> aims(1);
+    for (const float from_x : {-0.5f, 0.4f}) {
+      std::vector<EmissionArrival> arrivals;
+      for (uint32_t i = 0; i < 1 << 12; ++i) {
+        const Sampler sampler(4, 0, 0, i);
+        const EmissionSample e = set->sample_emission(sampler.get_2d(4), sampler.get_2d(5));
+        if (e) arrivals.push_back(arrival_at(e, from_x));
+      }
+      aims.emplace_back(arrivals, 1e-3f);
+      ASSERT_FALSE(aims.back().empty()) << c.name;
+    }
+    std::vector<double> variance;
+    for (const EmissionAim& aim : aims) {
+      double sent = 0.0, sent_square = 0.0;
+      for (uint32_t i = 0; i < count; ++i) {
+        const Sampler sampler(3, 0, 0, i);
+        const EmissionSample e = set->sample_emission(sampler.get_2d(4), sampler.get_2d(5), &aim);
+        if (!e) continue;
+        const EmissionPdf pdf =
+            set->pdf_emission(e.light, e.n_light_world, e.direction_world,
+                              e.p_light_world + e.direction_world * (e.is_infinite ? 1.0f : 0.0f), &aim);
         ASSERT_NEAR(pdf.prob_selection / e.prob_selection, 1.0f, 1e-5f) << c.name;
         ASSERT_NEAR(pdf.pdf_area / e.pdf_area, 1.0f, 1e-4f) << c.name;
         ASSERT_NEAR(pdf.pdf_direction_solid_angle / e.pdf_direction_solid_angle, 1.0f, 1e-3f) << c.name;
-        const float t = -e.p_light_world.z / e.direction_world.z;
-        const Vec3 hit = e.p_light_world + e.direction_world * t;
-        if (t > 0 && e.direction_world.z < 0 && std::fabs(hit.x) < 0.5f && std::fabs(hit.y) < 0.5f)
-          value = static_cast<double>(e.radiance.x * e.cos_light) /
-                  static_cast<double>(e.prob_selection * e.pdf_area * e.pdf_direction_solid_angle);
+        if (arrival_at(e, -0.5f).worth == 0.0f) continue;
+        const double value = static_cast<double>(e.radiance.x * e.cos_light) /
+                             static_cast<double>(e.prob_selection * e.pdf_area * e.pdf_direction_solid_angle);
+        sent += value / count;
+        sent_square += value * value / count;
       }
-      sent += value / count;
-      sent_square += value * value / count;
+      variance.push_back(sent_square - sent * sent);
+      const double deviation = std::sqrt((asked_square - asked * asked + variance.back()) / count);
+      EXPECT_NEAR(sent, asked, 4 * deviation + 1e-4 * asked) << c.name << ", aim " << variance.size() - 1;
     }
-    const double deviation = std::sqrt((asked_square - asked * asked + sent_square - sent * sent) / count);
-    EXPECT_NEAR(sent, asked, 4 * deviation + 1e-4 * asked) << c.name;
-    EXPECT_GT(asked, 0.1) << c.name;
+    EXPECT_LT(variance[1], variance[2]) << c.name;
   }
 }
 

@@ -11,6 +11,7 @@
 namespace lambent {
 
 using Lanes = float __attribute__((vector_size(16)));
+using LaneMask = int32_t __attribute__((vector_size(16)));  ///< of a comparison: all bits, or none
 using LaneBits = uint32_t __attribute__((vector_size(16)));
 using LaneHalves = uint16_t __attribute__((vector_size(8)));
 using LaneFixed = int16_t __attribute__((vector_size(8)));
@@ -38,6 +39,8 @@ inline Lanes from_halves(const uint16_t* values) {
 inline Lanes all(float x) { return Lanes{x, x, x, x}; }
 inline Lanes larger(Lanes a, Lanes b) { return a > b ? a : b; }
 inline Lanes smaller(Lanes a, Lanes b) { return a < b ? a : b; }
+inline float sum_of(Lanes x) { return (x[0] + x[1]) + (x[2] + x[3]); }
+inline bool any_of(LaneMask m) { return (m[0] | m[1] | m[2] | m[3]) != 0; }
 inline Lanes root(Lanes x) { return Lanes{std::sqrt(x[0]), std::sqrt(x[1]), std::sqrt(x[2]), std::sqrt(x[3])}; }
 inline Lanes clamped_cos(Lanes x) { return smaller(larger(x, all(-1.0f)), all(1.0f)); }
 /// sin for a cosine in [-1, 1].

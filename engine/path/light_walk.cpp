@@ -20,13 +20,15 @@ uint32_t mask_at(int depth) { return depth == 1 ? k_visible_shadow : k_visible_d
 
 }  // namespace
 
-float light_walk_density(const LightSet& lights, LightIndex light, const Vec3& n_light, const Vec3& direction,
-                         float distance, float* conditional) {
+float light_walk_density(const LightSet& lights, const EmissionAim* aim, LightIndex light, const Vec3& n_light,
+                         const Vec3& p_receiver, const Vec3& direction, float distance, float* conditional) {
   if (conditional) *conditional = 0.0f;
   if (light == k_no_light || !lights.traits(light).starts_walks) return 0.0f;
-  const EmissionPdf pdf = lights.pdf_emission(light, n_light, direction);
   const LightKind kind = lights.kind(light);
-  if (kind == LightKind::sun || kind == LightKind::environment) {
+  const bool infinite = kind == LightKind::sun || kind == LightKind::environment;
+  const Vec3 p_ray = infinite ? p_receiver : p_receiver - direction * distance;
+  const EmissionPdf pdf = lights.pdf_emission(light, n_light, direction, p_ray, aim);
+  if (infinite) {
     if (conditional) *conditional = pdf.pdf_area;
     return pdf.prob_selection * pdf.pdf_area * pdf.pdf_direction_solid_angle;
   }
@@ -63,12 +65,10 @@ LightVertex& LightWalk::next_vertex() {
 void LightWalk::trace(const Sampler& sampler, float time) {
   count_ = 0;
   const LightSet& lights = scene_.lights();
-  const EmissionSample start =
+  const EmissionSample& start = start_ =
       lights.sample_emission(sampler.get_2d(light_path_dimension(k_dimension_emitter)),
-                             sampler.get_2d(light_path_dimension(k_dimension_emitter_direction)));
+                             sampler.get_2d(light_path_dimension(k_dimension_emitter_direction)), settings_.aim);
   if (!start || !start.traits->starts_walks) return;
-  light_ = start.light;
-  traits_ = start.traits;
   const Color radiance = scene_.emitted_radiance(start);
   const float start_pdf = start.prob_selection * start.pdf_area * start.pdf_direction_solid_angle;
   Color throughput = radiance * (start.cos_light / start_pdf);
@@ -76,7 +76,7 @@ void LightWalk::trace(const Sampler& sampler, float time) {
   can_be_hit_ = start.traits->hit_by_rays && !start.is_delta_position && !start.is_delta_direction;
 
   Ray ray{start.p_light_world, 0.0f, start.direction_world, k_infinity, mask_at(1)};
-  if (lights.kind(light_) == LightKind::triangle) {
+  if (lights.kind(start.light) == LightKind::triangle) {
     const SurfaceHit on_light = scene_.geometry().surface(start.instance, start.triangle, start.uv);
     ray = ray_from_surface(on_light.p_world, on_light.p_error, on_light.ng_world, start.direction_world, mask_at(1));
   }
@@ -132,12 +132,12 @@ void LightWalk::trace(const Sampler& sampler, float time) {
       vertex.bsdf.begin(point);
     }
     if (depth == 1) {
-      vertex.own_area = light_walk_density(lights, light_, start.n_light_world, start.direction_world, distance,
-                                           &vertex.conditional) *
+      vertex.own_area = light_walk_density(lights, settings_.aim, start.light, start.n_light_world, surface.p_world,
+                                           start.direction_world, distance, &vertex.conditional) *
                         cos_here;
       vertex.conditional *= cos_here;
       const Vec3 receiver_normal = light_receiver_normal(vertex.bsdf, vertex.ng_world);
-      const LightIndex light = light_;
+      const LightIndex light = start.light;
       vertex.next_event = lights.is_delta(light)
                               ? lights.prob_selection(surface.p_world, receiver_normal, light, settings_.even_world)
                               : lights.pdf_solid_angle(surface.p_world, receiver_normal, light, vertex.wi_world,

@@ -43,6 +43,7 @@ struct LightWalkSettings {
   int total = 12, diffuse = 4, glossy = 4, transmission = 12, transparent = 8;  ///< limits as bounces.h
   bool caustics_reflective = true, caustics_refractive = true;
   EvenWorld even_world = EvenWorld::sampled;  ///< as the camera walks' next events have it
+  const EmissionAim* aim = nullptr;           ///< may be filled until the first walk; null: none
   bool events_by_share = false;  ///< LightVertex::events as passes need them (event_by_share), not as sampled
 };
 
@@ -68,8 +69,10 @@ class LightWalk {
   const LightVertex& operator[](int i) const { return vertices_[static_cast<size_t>(i)]; }
   const LightWalkPdfs& pdfs() const { return pdfs_; }
 
-  LightIndex light() const { return light_; }
-  const LightTraits& traits() const { return *traits_; }
+  /// Where it began; of walks that have vertices.
+  const EmissionSample& start() const { return start_; }
+  LightIndex light() const { return start_.light; }
+  const LightTraits& traits() const { return *start_.traits; }
   bool can_be_hit() const { return can_be_hit_; }
   uint64_t rays() const { return rays_; }
 
@@ -99,8 +102,7 @@ class LightWalk {
   std::vector<LightVertex> vertices_;
   int count_ = 0;
   LightWalkPdfs pdfs_;
-  LightIndex light_ = k_no_light;
-  const LightTraits* traits_ = nullptr;
+  EmissionSample start_;
   bool can_be_hit_ = false;
   uint64_t rays_ = 0;
   Scratch seen_;
@@ -120,10 +122,11 @@ bool caustics_drop_lobes(const Bsdf& bsdf, const Settings& settings) {
   return false;
 }
 
-/// Density of light walks that leave `light` so as to pass a point `distance_m` away along `direction_from_light`, per
-/// area perpendicular to it and solid angle (delta positions: per area; delta directions: per area): l_n of path_pdfs.h
-/// before its cosine. 0 if no walk does. `conditional`: per area given the point on the light.
-float light_walk_density(const LightSet& lights, LightIndex light, const Vec3& n_light_world,
-                         const Vec3& direction_from_light, float distance_m, float* conditional = nullptr);
+/// Density of light walks that leave `light` so as to pass p_receiver, `distance_m` away along `direction_from_light`,
+/// per area perpendicular to it and solid angle (delta positions: per area; delta directions: per area): l_n of
+/// path_pdfs.h before its cosine. 0 if no walk does. `conditional`: per area given the point on the light.
+float light_walk_density(const LightSet& lights, const EmissionAim* aim, LightIndex light, const Vec3& n_light_world,
+                         const Vec3& p_receiver_world, const Vec3& direction_from_light, float distance_m,
+                         float* conditional = nullptr);
 
 }  // namespace lambent

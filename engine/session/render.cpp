@@ -35,7 +35,7 @@ double Render::elapsed_s() const { return std::chrono::duration<double>(Clock::n
 void Render::begin_next_pass() {
   if (is_adaptive_check(goal_.noise_threshold, target_) && film_->stop_converged(goal_.noise_threshold, target_) == 0)
     exhausted_ = true;
-  const bool one_by_one = integrator_->stages() > 0;
+  const bool one_by_one = integrator_->stages(target_) > 0;
   const int64_t next =
       one_by_one && (goal_.samples == 0 || target_ < goal_.samples) ? target_ + 1 : next_target(target_, goal_.samples);
   if (next <= target_ || tile_busy_.empty()) exhausted_ = true;
@@ -50,7 +50,7 @@ void Render::begin_next_pass() {
 /// A piece of a stage; false if there is none to start, which is to wait for the others or to go on with the tiles.
 bool Render::next_stage_piece(Piece& piece, bool& wait) {
   wait = false;
-  while (stage_ < integrator_->stages()) {
+  while (stage_ < integrator_->stages(target_ - 1)) {
     if (next_stage_piece_ < stage_pieces_) {
       piece = {stage_, next_stage_piece_++, target_};
       ++busy_;
@@ -59,7 +59,8 @@ bool Render::next_stage_piece(Piece& piece, bool& wait) {
     wait = busy_ > 0;
     if (wait) return false;
     next_stage_piece_ = 0;
-    if (++stage_ < integrator_->stages()) stage_pieces_ = integrator_->begin_stage(*film_, target_ - 1, stage_);
+    if (++stage_ < integrator_->stages(target_ - 1))
+      stage_pieces_ = integrator_->begin_stage(*film_, target_ - 1, stage_);
   }
   return false;
 }
@@ -67,7 +68,7 @@ bool Render::next_stage_piece(Piece& piece, bool& wait) {
 bool Render::next_piece(Piece& piece) {
   if (exhausted_ || stop_tiles_.cancelled()) return false;
   const int count = static_cast<int>(tile_busy_.size());
-  const bool in_step = goal_.noise_threshold > 0.0f || integrator_->stages() > 0;
+  const bool in_step = goal_.noise_threshold > 0.0f || integrator_->stages(target_ - 1) > 0;
   if (next_tile_ == count) {
     if (in_step && busy_ > 0) return false;  // what stops, and what passes leave to the next, is decided in between
     begin_next_pass();
@@ -168,10 +169,10 @@ double Render::fraction_done() const {
   double fraction = -1.0;
   const double tiles = std::max<double>(1.0, static_cast<double>(tile_busy_.size()));
   if (goal_.samples > 0) {
-    const int64_t before = integrator_->stages() > 0 ? target_ - 1
-                           : target_ <= 1            ? 0
-                           : target_ <= 16           ? target_ / 2
-                                                     : (target_ - 1) / 16 * 16;
+    const int64_t before = integrator_->stages(target_ - 1) > 0 ? target_ - 1
+                           : target_ <= 1                       ? 0
+                           : target_ <= 16                      ? target_ / 2
+                                                                : (target_ - 1) / 16 * 16;
     fraction = (static_cast<double>(before) + static_cast<double>(target_ - before) * done_in_pass_ / tiles) /
                static_cast<double>(goal_.samples);
   }

@@ -204,6 +204,31 @@ std::vector<IntegratorCase> light_cases() {
   uneven.world(uneven_world());
   cases.push_back({"light_environment_uneven", uneven, k_all});
 
+  // What the camera sees is little of what light reaches: walks are aimed (pilot.h), by every light.
+  const auto add_plain = [](SceneMaker& maker) {
+    quad(maker, "plain", {-15, -15, -4.01f}, {15, -15, -4.01f}, {15, 15, -4.01f}, "floor");
+  };
+  SceneMaker wide = corridor();
+  add_plain(wide);
+  wide.world(uneven_world());
+  wide.light("sun", lamp(LightType::sun, 0.7f), aimed({1, -1, 3}, {0, 0, 0}));
+  wide.light("far", lamp(LightType::point, 4e3f), aimed({6, -9, 9}, {0, 0, -4}));
+  wide.light("sheet", area(AreaShape::rectangle, 6, 6, 2e3f), aimed({-10, 0, 7}, {0, 0, -4}));
+  wide.material("e", emission(Color(1.0f, 0.2f, 0.2f), 100.0f));
+  quad(wide, "e", {10, -1, 6}, {10, 3, 6}, {10, 3, 9}, "e");
+  cases.push_back({"light_far_and_wide", wide, k_round});
+  SceneMaker city = corridor();
+  add_plain(city);
+  for (int i = 0; i < 80; ++i) {
+    const float x = -12.0f + 24.0f * static_cast<float>((i * 7) % 40) / 39.0f,
+                y = -12.0f + 24.0f * static_cast<float>((i * 13) % 80) / 79.0f;
+    const bool round = i % 3 == 0;
+    city.light("l" + std::to_string(i),
+               round ? lamp(LightType::point, 200.0f) : area(AreaShape::square, 0.5f, 0.5f, 200.0f),
+               aimed({x, y, 1.0f + static_cast<float>(i % 5)}, {0.3f * x, 0.3f * y, -4}));
+  }
+  cases.push_back({"light_many_far_and_wide", city, k_all});
+
   SceneMaker mixture = corridor();
   mixture.world(uneven_world());
   mixture.light("point", lamp(LightType::point, 40.0f), k_above);

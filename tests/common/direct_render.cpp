@@ -31,11 +31,12 @@ std::shared_ptr<Film> render_directly(const std::string& name, const std::shared
   const std::unique_ptr<Integrator> integrator = std::move(*make_integrator(name, scene, settings));
   const CancelFlag cancel;
   integrator->prepare(*film);
-  const int64_t step = integrator->stages() > 0 ? 1 : samples;
-  for (int64_t target = step; target <= samples; target += step) {
-    for (int stage = 0; stage < integrator->stages(); ++stage)
-      for (int piece = 0, pieces = integrator->begin_stage(*film, target - 1, stage); piece < pieces; ++piece)
-        integrator->run_piece(*film, target - 1, stage, piece, cancel);
+  for (int64_t sample = 0, target; sample < samples; sample = target) {
+    const int stages = integrator->stages(sample);
+    target = stages > 0 ? sample + 1 : samples;
+    for (int stage = 0; stage < stages; ++stage)
+      for (int piece = 0, pieces = integrator->begin_stage(*film, sample, stage); piece < pieces; ++piece)
+        integrator->run_piece(*film, sample, stage, piece, cancel);
     for (int tile = 0; tile < film->tiles().count(); ++tile) integrator->render_tile(*film, tile, target, cancel);
   }
   return film;

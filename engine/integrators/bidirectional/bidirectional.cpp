@@ -7,6 +7,7 @@
 #include "engine/base/check.h"
 #include "engine/base/hash.h"
 #include "engine/integrators/bidirectional/kernel.h"
+#include "engine/integrators/bidirectional/pilot.h"
 
 namespace lambent {
 
@@ -56,12 +57,14 @@ class Bidirectional final : public Integrator {
     if (!(settings.merge_radius_px > 0.0f) && set.light_tracing) pass_.set.merging = false;
     pass_.counts.max_light_vertices = std::clamp(settings.bounces.total, 0, k_most_light_vertices - 1) + 1;
     pass_.clamp_connection = settings.clamp_connection;
-    if (pass_.set.merging) typical_footprint_m_ = typical_footprint(*scene_);
+    if (pass_.set.light_walks()) typical_footprint_m_ = typical_footprint(*scene_);
+    pass_.aim = other_pass_.aim = &aim_;
     other_pass_.set = k_techniques_bpt;
     other_pass_.counts.max_light_vertices = pass_.counts.max_light_vertices;
   }
 
   void prepare(Film& film) override {
+    first_sample_ = film.min_sample_count();
     pass_.counts.light_paths = static_cast<float>(film.region().width) * static_cast<float>(film.region().height);
     other_pass_.counts.light_paths = pass_.counts.light_paths;
     if (!film.takes_splats()) other_pass_.set.light_tracing = false;
@@ -77,9 +80,12 @@ class Bidirectional final : public Integrator {
     pass_.counts.merge_paths = static_cast<float>(merge_paths_);
   }
 
-  int stages() const override { return pass_.set.merging ? 2 : pass_.set.shared_lights ? 1 : 0; }
+  int stages(int64_t sample) const override {
+    return (learns_aim(sample) ? 1 : 0) + (pass_.set.merging ? 2 : pass_.set.shared_lights ? 1 : 0);
+  }
 
   int begin_stage(Film&, int64_t sample, int stage) override {
+    if (learns_aim(sample) && stage-- == 0) return 1;
     if (pass_.set.shared_lights) return begin_shared();
     if (stage == 1) return 1;
     const float shrink = std::pow(static_cast<float>(sample + 1), 0.5f * (settings_.merge_alpha - 1.0f));
@@ -95,6 +101,12 @@ class Bidirectional final : public Integrator {
   }
 
   RayCounts run_piece(Film& film, int64_t sample, int stage, int piece, const CancelFlag& cancel) override {
+    if (learns_aim(sample) && stage-- == 0) {
+      RayCounts counts;
+      aim_ =
+          bidirectional::learn_aim<profile>(*scene_, settings_, pass_.set, film, typical_footprint_m_, cancel, counts);
+      return counts;
+    }
     if (pass_.set.shared_lights) return trace_shared(sample);
     if (stage == 0) return trace_photons(film, sample - 1, missing_[static_cast<size_t>(piece)], cancel);
     std::vector<PhotonBatch*> batches;
@@ -214,6 +226,9 @@ class Bidirectional final : public Integrator {
     context.sample = sample;
   }
 
+  /// Before the first sample of this render, whichever that is: what is learned does not depend on it.
+  bool learns_aim(int64_t sample) const { return sample == first_sample_ && pass_.set.light_walks(); }
+
   bool has_light_walks() const { return pass_.set.connections || pass_.set.light_tracing || pass_.set.merging; }
 
   PathEstimate camera_sample(Kernel& kernel, const Scene& scene, const Sampler& sampler, int x, int y) const {
@@ -274,6 +289,8 @@ class Bidirectional final : public Integrator {
   std::mutex kernels_mutex_;
   std::vector<std::unique_ptr<Kernel>> kernels_;  ///< that no thread uses
   std::array<std::vector<std::unique_ptr<Kernel>>, k_other_pictures> other_kernels_;
+  int64_t first_sample_ = 0;
+  EmissionAim aim_;
   std::vector<Tile> tiles_;
   std::vector<int> missing_;
   PhotonMap photons_;

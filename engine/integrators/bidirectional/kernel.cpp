@@ -43,6 +43,7 @@ LightWalkSettings walk_settings(const IntegratorSettings& settings, const Pass& 
           settings.caustics_reflective,
           settings.caustics_refractive,
           even_world(pass.set),
+          pass.aim,
           settings.passes && settings.passes->wants_events()};
 }
 
@@ -194,8 +195,8 @@ float Kernel<profile>::emission_weight(LightIndex light, const Vec3& n_light, co
   const float cosine = std::fabs(dot(last_.ng_world, direction));
   pdfs_.light[m_] = depended_ || !(pdfs_.flags[m_] & k_light_begins)
                         ? 0.0f
-                        : cosine * light_walk_density(scene_.lights(), light, n_light, -direction, distance,
-                                                      &pdfs_.light_conditional);
+                        : cosine * light_walk_density(scene_.lights(), pass_.aim, light, n_light, last_.p_world,
+                                                      -direction, distance, &pdfs_.light_conditional);
   pdfs_.light_conditional *= cosine;
   return weigh(pdfs_, Technique::emission_hit, m_, reach_);
 }
@@ -296,10 +297,11 @@ void Kernel<profile>::next_event(const Here& here) {
     // Where camera walks cannot scatter (below the facet, above the smooth surface) light walks do not either.
     const float cosine =
         scattered.pdf_solid_angle > 0.0f ? std::fabs(dot(here.point.ng_world, light.direction_world)) : 0.0f;
-    pdfs_.light[here.i] = !(pdfs_.flags[here.i] & k_light_begins)
-                              ? 0.0f
-                              : cosine * light_walk_density(lights, light.light, n_light, -light.direction_world,
-                                                            light.distance_m, &pdfs_.light_conditional);
+    pdfs_.light[here.i] =
+        !(pdfs_.flags[here.i] & k_light_begins)
+            ? 0.0f
+            : cosine * light_walk_density(lights, pass_.aim, light.light, n_light, here.hit.p_world,
+                                          -light.direction_world, light.distance_m, &pdfs_.light_conditional);
     pdfs_.light_conditional *= cosine;
     weight = weigh(pdfs_, Technique::next_event, here.i, reach_);
   }
@@ -478,6 +480,7 @@ void Kernel<profile>::merge(const Here& here, const Sampler& sampler, uint32_t e
     const LightIndex light = first->depth == 0 ? first->light : k_no_light;
     const Color added = add(contribution, Technique::merging, weight, light, true);
     events_ = walked;
+    if (merged_) merged_->emplace_back(photon.record, luminance(abs(added)));
     if (!passes_ || light == k_no_light) return;
     EventSequence light_events;
     light_events.append_packed(passes_->wants_events() ? photons.events(photon.record) : 0, depth - 1);

@@ -18,6 +18,7 @@ namespace lambent::bidirectional {
 struct Pass {
   TechniqueSet set;
   TechniqueCounts counts;
+  const EmissionAim* aim = nullptr;                 ///< of light walks; null: none
   const PhotonMap* photons = nullptr;               ///< merging
   std::span<const LightWalk* const> shared_lights;  ///< VPL: walks that every pixel connects to
   float radius_scale = 0.0f;                        ///< merge radius over the pixel's footprint at x_1
@@ -49,6 +50,10 @@ class Kernel {
   void light_sample(const Sampler& sampler, PhotonBatch* batch, bool silent);
   /// Traces the camera walk; connects to the light walk traced last.
   PathEstimate camera_sample(const Sampler& sampler, const CameraRay& camera_ray, int x, int y);
+  /// The light walk traced last.
+  const LightWalk& light_walk() const { return walk_; }
+  /// From now on the records (PhotonRecord) of what is merged are appended, with the luminance that each adds.
+  void note_merged(std::vector<std::pair<uint32_t, float>>* merged) { merged_ = merged; }
   /// Follows the camera walks; null: there are no passes.
   PassRecorder* passes() { return passes_ ? &*passes_ : nullptr; }
 
@@ -133,6 +138,7 @@ class Kernel {
   std::vector<std::pair<int, Color>> splat_parts_;  ///< what the planes of the film get of one path
   float threshold_scale_ = k_infinity;
   std::optional<PassRecorder> passes_;
+  std::vector<std::pair<uint32_t, float>>* merged_ = nullptr;
 
   // The camera walk under way.
   PathEstimate estimate_;

@@ -129,6 +129,13 @@ struct Light {
   std::optional<Graph> graph;
 };
 
+/// Light linking: objects of which lights shine on which, by names of sets that objects share.
+struct LightLinking {
+  std::string receivers, blockers;  ///< what this object's light reaches, and what blocks it; empty: everything
+  std::vector<std::string> receives, blocks;  ///< sets of receivers and of blockers that this object is in
+  bool any() const { return !receivers.empty() || !blockers.empty() || !receives.empty() || !blocks.empty(); }
+};
+
 /// N instances of one mesh or light.
 struct Object {
   std::string name;
@@ -145,6 +152,7 @@ struct Object {
   bool holdout = false;                                    ///< the camera sees a hole there
   bool shadow_catcher = false;  ///< the camera sees the world there, darkened by the shadows that others throw on it
   bool shadow_pass = false;     ///< its shadows are what passes of shadows take away: it casts none there
+  LightLinking light_linking;
 };
 
 enum class CameraType : uint8_t { perspective, orthographic };

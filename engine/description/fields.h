@@ -131,6 +131,12 @@ void visit_object(V& visitor, T& value) {
   visitor.boolean("holdout", value.holdout);
   visitor.boolean("shadow_catcher", value.shadow_catcher);
   visitor.boolean("shadow_pass", value.shadow_pass);
+  visitor.group_if("light_linking", value.light_linking.any(), [&](auto& group) {
+    group.text("receivers", value.light_linking.receivers);
+    group.text("blockers", value.light_linking.blockers);
+    group.texts("receives", value.light_linking.receives);
+    group.texts("blocks", value.light_linking.blocks);
+  });
 }
 
 template <typename V, typename T>

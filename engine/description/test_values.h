@@ -120,6 +120,7 @@ inline Transaction full_transaction() {
   object.color = {0.1f, 0.2f, 0.3f, 0.4f};
   object.attributes = {{"wear", {0.25f, 0.5f, 0.75f, 1.0f}}};
   object.light_group = "rim";
+  object.light_linking = {"near", "walls", {"near", "far"}, {"walls"}};
   add("object", object);
 
   Camera camera;

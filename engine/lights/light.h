@@ -22,6 +22,12 @@ enum class LightSource : uint8_t { lamp, surface, background };
 using LightIndex = uint32_t;
 inline constexpr LightIndex k_no_light = 0xffffffffu;
 
+/// Light linking: the sets of objects (numbers of the caller's, from 1) that a light reaches and that block it; 0: all.
+struct LinkSets {
+  uint8_t receivers = 0, blockers = 0;
+  bool any() const { return (receivers | blockers) != 0; }
+};
+
 /// What every kind of light hands through to its samples and hits.
 struct LightTraits {
   uint32_t user = 0;  ///< the caller's: for example which program or object this is
@@ -34,6 +40,7 @@ struct LightTraits {
   bool hit_by_rays = true;
   int max_bounces = 1024;  ///< deeper paths do not see it
   uint16_t group = 0;      ///< the caller's number of its light group; 0: in none
+  LinkSets linked;
   /// False: no walk starts at it, because what it sends depends on the path that meets it (Light Path node, hidden from
   /// some kinds of ray) or passes through everything (no shadows). Camera walks alone find it.
   bool starts_walks = true;

@@ -144,13 +144,14 @@ void Kernel<profile>::add_met(const Color& contribution, float weight, LightInde
 }
 
 template <KernelProfile profile>
-Color Kernel<profile>::visibility(const Ray& ray, uint32_t ray_kind, int transparent_before, bool* depended) {
+Color Kernel<profile>::visibility(const Ray& ray, uint32_t ray_kind, int transparent_before, bool* depended,
+                                  uint8_t blockers) {
   ++counts_.rays;
   PathCounts counts = path_counts();
   counts.ray_kind = ray_kind;
   if (ray_kind != k_ray_camera) ++counts.depth;
   counts.transparent = transparent_before;
-  return segment_transmittance<k_transparency>(scene_, ray, counts, settings_.bounces.transparent, depended);
+  return segment_transmittance<k_transparency>(scene_, ray, counts, settings_.bounces.transparent, depended, blockers);
 }
 
 template <KernelProfile profile>
@@ -188,8 +189,9 @@ float Kernel<profile>::emission_weight(LightIndex light, const Vec3& n_light, co
   if (!pass_.set.emission) return only_delta_ ? 1.0f : 0.0f;
   if (!traits.hit_by_rays && last_.connectible) return 0.0f;  // found by next event alone
   pdfs_.scatter = last_.pdf_solid_angle;
-  pdfs_.next_event = last_.connectible ? scene_.lights().pdf_solid_angle(last_.p_world, last_.receiver_normal, light,
-                                                                         direction, distance, uv, even_world(pass_.set))
+  pdfs_.next_event = last_.connectible ? scene_.lights().pdf_solid_angle(
+                                             last_.p_world, last_.receiver_normal, light, direction, distance, uv,
+                                             scene_.light_choices(last_.instance, even_world(pass_.set)))
                                        : 0.0f;
   const float cosine = std::fabs(dot(last_.ng_world, direction));
   pdfs_.light[m_] = depended_ || !(pdfs_.flags[m_] & k_light_begins)
@@ -210,7 +212,7 @@ void Kernel<profile>::add_lamps(const Ray& ray, float t_end) {
   const float before = origin == ray.origin ? 0.0f : distance_before_;
   lights.for_each_lamp(
       origin, ray.direction, before + ray.t_min, before + t_end, bounces_.ray_kind, [&](const LightHit& hit) {
-        if (bounces_.total - 1 > hit.traits->max_bounces) return;
+        if (bounces_.total - 1 > hit.traits->max_bounces || !meets(hit.traits->linked)) return;
         const float weight =
             emission_weight(hit.light, hit.n_light_world, ray.direction, hit.distance_m, hit.uv, *hit.traits);
         if (weight > 0.0f)
@@ -228,7 +230,9 @@ void Kernel<profile>::add_background(const Vec3& direction) {
   }
   if (!(pass_.set.emission || only_delta_)) return;
   scene_.lights().for_each_infinite(direction, bounces_.ray_kind, [&](const LightHit& hit) {
-    if (bounces_.total - 1 > hit.traits->max_bounces) return;
+    // As in Cycles, suns with shadow linking are not even seen by the camera.
+    if (bounces_.total - 1 > hit.traits->max_bounces || hit.traits->linked.blockers != 0 || !meets(hit.traits->linked))
+      return;
     const float weight = emission_weight(hit.light, hit.n_light_world, direction, k_infinity, hit.uv, *hit.traits);
     if (weight > 0.0f)
       add_met(throughput_ * scene_.light_radiance(hit, path_counts()), weight, hit.light, scene_.source_of(hit.light),
@@ -239,7 +243,7 @@ void Kernel<profile>::add_background(const Vec3& direction) {
 template <KernelProfile profile>
 void Kernel<profile>::add_surface_emission(const SurfaceHit& hit, const SurfaceBinding& binding, const Vec3& direction,
                                            float distance, const Color& emission) {
-  if (is_black(emission) || !(pass_.set.emission || only_delta_)) return;
+  if (is_black(emission) || !(pass_.set.emission || only_delta_) || !meets(scene_.emission_links(hit.instance))) return;
   pdfs_.n = m_;
   float weight = 1.0f;
   LightIndex light = k_no_light;
@@ -251,6 +255,27 @@ void Kernel<profile>::add_surface_emission(const SurfaceHit& hit, const SurfaceB
   }
   if (weight > 0.0f)
     add_met(throughput_ * emission, weight, light, LightSource::surface, scene_.instance(hit.instance).light_group);
+}
+
+/// What the scattered ray meets of lights with shadow linking.
+template <KernelProfile profile>
+void Kernel<profile>::add_shadow_linked(const Ray& ray) {
+  if (!(pass_.set.emission || only_delta_)) return;
+  for_each_shadow_linked(scene_, ray, last_.instance, path_counts(), [&](const LinkedLightPoint& met) {
+    if (met.traits && bounces_.total - 1 > met.traits->max_bounces) return;
+    bool depended = false;
+    const Color seen = throughput_ * met.radiance *
+                       visibility(met.shadow, k_ray_shadow, bounces_.transparent, &depended, met.linked.blockers);
+    if (is_black(seen)) return;
+    pdfs_.n = m_;
+    float weight = 1.0f;
+    if (met.traits) {
+      depended_ = depended;
+      weight = emission_weight(met.light, met.n_light_world, ray.direction, met.distance_m, met.uv, *met.traits);
+      depended_ = false;
+    }
+    if (weight > 0.0f) add_met(seen, weight, met.light, met.source, met.group);
+  });
 }
 
 // --- Techniques at a vertex of the camera walk ---------------------------------------------------------------------
@@ -269,9 +294,11 @@ void Kernel<profile>::join(const Here& here, const Sampler& sampler, uint32_t ev
 template <KernelProfile profile>
 void Kernel<profile>::next_event(const Here& here) {
   const LightSet& lights = scene_.lights();
-  const LightSample light =
-      lights.sample(here.hit.p_world, here.receiver_normal, here.numbers.light, even_world(pass_.set));
-  if (!light || !(light.pdf_solid_angle > 0.0f) || bounces_.total > light.traits->max_bounces) return;
+  const LightSample light = lights.sample(here.hit.p_world, here.receiver_normal, here.numbers.light,
+                                          scene_.light_choices(here.hit.instance, even_world(pass_.set)));
+  if (!light || !(light.pdf_solid_angle > 0.0f) || bounces_.total > light.traits->max_bounces ||
+      !scene_.reaches(light.traits->linked.receivers, here.hit.instance))
+    return;
   BsdfEval scattered = here.bsdf.eval(here.point.wi_world, light.direction_world, Transport::radiance);
   if (light.traits->hidden_from & k_visible_scattered)
     scattered.f_cos *= share_that_sees(here.bsdf, here.point.wi_world, light.direction_world, light.traits->hidden_from,
@@ -311,7 +338,8 @@ void Kernel<profile>::next_event(const Here& here) {
       contribution /= survival;
     }
     bool depended = false;
-    contribution *= visibility(shadow_ray(scene_, here.hit, light), k_ray_shadow, bounces_.transparent, &depended);
+    contribution *= visibility(shadow_ray(scene_, here.hit, light), k_ray_shadow, bounces_.transparent, &depended,
+                               light.traits->linked.blockers);
     if (is_black(contribution)) return;
     if (depended && pass_.set.weighted()) {
       pdfs_.light[here.i] = 0.0f;
@@ -752,7 +780,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
         if (passes_) passes_->scattered(bsdf, point.wi_world, scattered);
         m_ = i;
         only_delta_ = only_delta_ && delta;
-        last_ = {hit.p_world, point.ng_world, receiver_normal, scattered.pdf_solid_angle, !delta};
+        last_ = {hit.p_world, point.ng_world, receiver_normal, scattered.pdf_solid_angle, !delta, hit.instance};
       }
     }
     throughput_ *= scattered.weight;
@@ -779,6 +807,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
     ray =
         ray_from_surface(hit.p_world, hit.p_error, hit.ng_world, scattered.wo_world, bounces_.ray_kind & k_visible_all);
     ray.t_max = t_max;
+    if (scene_.profile().shadow_linking && !(scattered.event & k_scatter_transparent)) add_shadow_linked(ray);
   }
   return estimate_;
 }

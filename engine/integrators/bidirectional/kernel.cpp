@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/integrators/bidirectional/joined_limits.h"
 #include "engine/path/roulette.h"
 #include "engine/path/shadow_ray.h"
 #include "engine/path/subsurface_walk.h"
@@ -71,36 +72,6 @@ MergeReach Kernel<profile>::reach_at(const Vec3& p_first_hit) const {
     reach.acceptance_area = k_pi * accepted * accepted;
   }
   return reach;
-}
-
-template <KernelProfile profile>
-bool Kernel<profile>::limits_are_near(const EventCounts& before, const EventCounts& light_side, int more) const {
-  EventCounts most = before + light_side;
-  most.diffuse += more;
-  most.glossy += more;
-  most.transmission += more;
-  return !most.within(settings_.bounces);
-}
-
-template <KernelProfile profile>
-float Kernel<profile>::share_within_limits(const EventCounts& before, const EventCounts& light_side,
-                                           const EventShares* at_camera, const EventShares* at_light) const {
-  constexpr uint8_t k_events[3] = {k_scatter_diffuse, k_scatter_glossy, k_scatter_transmission};
-  const auto share_of = [](const EventShares* shares, int kind) {
-    if (!shares) return kind == 0 ? 1.0f : 0.0f;  // an event that no limit counts
-    return kind == 0 ? shares->diffuse : kind == 1 ? shares->glossy : shares->transmission;
-  };
-  float sum = 0.0f;
-  for (int a = 0; a < 3; ++a)
-    for (int b = 0; b < 3; ++b) {
-      const float share = share_of(at_camera, a) * share_of(at_light, b);
-      if (share == 0.0f) continue;
-      EventCounts all = before + light_side;
-      if (at_camera) all.add(k_events[a]);
-      if (at_light) all.add(k_events[b]);
-      if (all.within(settings_.bounces)) sum += share;
-    }
-  return sum;
 }
 
 template <KernelProfile profile>
@@ -373,7 +344,7 @@ void Kernel<profile>::connect(const Here& here, const LightWalk& walk, float sca
     const Vec3 direction = offset * (1.0f / distance);
     const BsdfEval scattered = here.bsdf.eval(here.point.wi_world, direction, Transport::radiance);
     if (is_black(scattered.f_cos) || !(scattered.pdf_solid_angle > 0.0f)) continue;
-    const bool near = limits_are_near(before, vertex.counts, 1 + counted_at_light);
+    const bool near = limits_are_near(settings_.bounces, before, vertex.counts, 1 + counted_at_light);
     LightScatter at_light;
     if (!walk.scatter(vertex, -direction, false, near, scratch_, at_light)) continue;
 
@@ -381,8 +352,8 @@ void Kernel<profile>::connect(const Here& here, const LightWalk& walk, float sca
     Color contribution = throughput_ * scattered.f_cos * at_light.f_cos * vertex.throughput * (per_area * scale);
     if (near) {
       const EventShares at_camera = here.bsdf.event_shares(here.point.wi_world, direction);
-      contribution *=
-          share_within_limits(before, vertex.counts, &at_camera, counted_at_light ? &at_light.shares : nullptr);
+      contribution *= share_within_limits(settings_.bounces, before, vertex.counts, &at_camera,
+                                          counted_at_light ? &at_light.shares : nullptr);
     }
     if (is_black(contribution) || !is_finite(contribution)) continue;
 
@@ -466,9 +437,9 @@ void Kernel<profile>::merge(const Here& here, const Sampler& sampler, uint32_t e
     const EventCounts light_side{std::max(depth - 2, 0), record->counts.diffuse, record->counts.glossy,
                                  record->counts.transmission, record->counts.transparent};
     const int counted = depth >= 2 ? 1 : 0;
-    if (limits_are_near(before, light_side, counted)) {
+    if (limits_are_near(settings_.bounces, before, light_side, counted)) {
       const EventShares shares = here.bsdf.event_shares(here.point.wi_world, wi);
-      contribution *= share_within_limits(before, light_side, counted ? &shares : nullptr, nullptr);
+      contribution *= share_within_limits(settings_.bounces, before, light_side, counted ? &shares : nullptr, nullptr);
       if (is_black(contribution)) return;
     }
 
@@ -531,11 +502,11 @@ void Kernel<profile>::connect_to_lens(const LightWalk& walk, const LightVertex& 
     return;
   if (!(scene_.geometry().instance(vertex.surface.instance).visibility & k_visible_camera)) return;
   if (scene_.instance(vertex.surface.instance).holdout) return;
-  const bool near = vertex.depth >= 2 && limits_are_near({}, vertex.counts, 1);
+  const bool near = vertex.depth >= 2 && limits_are_near(settings_.bounces, {}, vertex.counts, 1);
   LightScatter at_light;
   if (!walk.scatter(vertex, lens.direction_world, true, near, scratch_, at_light)) return;
   Color contribution = vertex.throughput * at_light.f_cos * lens.importance_px2_per_m2;
-  if (near) contribution *= share_within_limits({}, vertex.counts, nullptr, &at_light.shares);
+  if (near) contribution *= share_within_limits(settings_.bounces, {}, vertex.counts, nullptr, &at_light.shares);
   if (is_black(contribution)) return;
 
   lens_pdfs_.reserve(vertex.depth);

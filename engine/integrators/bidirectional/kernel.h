@@ -106,10 +106,6 @@ class Kernel {
     return pass_.set.weighted() ? path_weight(pdfs, pass_.set, pass_.counts, reach, technique, vertex) : 1.0f;
   }
   MergeReach reach_at(const Vec3& p_first_hit) const;
-  /// What part of a joined path's light keeps within the limits by kind of event.
-  float share_within_limits(const EventCounts& before, const EventCounts& light_side, const EventShares* at_camera,
-                            const EventShares* at_light) const;
-  bool limits_are_near(const EventCounts& before, const EventCounts& light_side, int more) const;
 
   /// Adds what is left of a contribution after weight and clamping, and returns it.
   Color add(const Color& contribution, Technique technique, float weight, LightIndex light, bool indirect);

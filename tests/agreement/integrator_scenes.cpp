@@ -686,7 +686,9 @@ std::vector<IntegratorCase> linking_cases() {
       maker.material("e", emission(Color(1.0f, 0.8f, 0.6f), 6.0f));
       quad(maker, "l", {-0.8f, 1.6f, -1.5f}, {0.2f, 1.6f, -1.5f}, {0.2f, 2.6f, -1.2f}, "e");
     }
-    maker.light("other", lamp(LightType::point, 60.0f), aimed({0.5f, -2, -1}, {0, 0, -4}));
+    Light other = lamp(LightType::point, 60.0f);
+    other.radius_m = 0.2f;  // path tracing would not see it in mirrors without
+    maker.light("other", other, aimed({0.5f, -2, -1}, {0, 0, -4}));
     LightLinking& emitted = maker.object("l").light_linking;
     if (!receivers.empty()) emitted.receivers = "r";
     if (!blockers.empty()) emitted.blockers = "b";

@@ -125,8 +125,17 @@ struct Light {
   bool shadows = true;
   bool multiple_importance = true;
   int max_bounces = 1024;
+  bool soft_falloff = true;  ///< point, spot: a disk that faces what it lights; false: a sphere
+  int cycles_version = 304;  ///< whose lamps: 100 · major + minor (before 4.0 all had a soft falloff, then none)
   std::string light_group;
   std::optional<Graph> graph;
+};
+
+/// Light linking: objects of which lights shine on which, by names of sets that objects share.
+struct LightLinking {
+  std::string receivers, blockers;  ///< what this object's light reaches, and what blocks it; empty: everything
+  std::vector<std::string> receives, blocks;  ///< sets of receivers and of blockers that this object is in
+  bool any() const { return !receivers.empty() || !blockers.empty() || !receives.empty() || !blocks.empty(); }
 };
 
 /// N instances of one mesh or light.
@@ -145,6 +154,7 @@ struct Object {
   bool holdout = false;                                    ///< the camera sees a hole there
   bool shadow_catcher = false;  ///< the camera sees the world there, darkened by the shadows that others throw on it
   bool shadow_pass = false;     ///< its shadows are what passes of shadows take away: it casts none there
+  LightLinking light_linking;
 };
 
 enum class CameraType : uint8_t { perspective, orthographic };

@@ -296,6 +296,17 @@ void FieldReader::transforms(std::string_view one, std::string_view many, ArrayP
   }
 }
 
+void FieldReader::texts(std::string_view name, std::vector<std::string>& values) {
+  const Json* json = find_list(name);
+  if (!json) return;
+  for (const Json& element : *json) {
+    if (element.is_string())
+      values.push_back(element.get<std::string>());
+    else
+      fail(name, fmt::format("holds {}, not a string", type_of(element)));
+  }
+}
+
 void FieldReader::slots(std::string_view name, std::vector<std::optional<std::string>>& values) {
   const Json* json = find_list(name);
   if (!json) return;

@@ -53,6 +53,7 @@ class FieldReader {
   void numbers(std::string_view name, float* values, size_t count, bool required = false);
   void array(std::string_view name, ArrayPointer& value, const ArrayForm& form, bool required = false);
   void passes(std::string_view name, std::vector<Pass>& values);
+  void texts(std::string_view name, std::vector<std::string>& values);
   void text_map(std::string_view name, std::map<std::string, std::string>& values);
   void number_map(std::string_view name, std::map<std::string, std::array<float, 4>>& values);
   void pair(std::string_view name, float& first, float& second);

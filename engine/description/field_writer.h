@@ -42,6 +42,7 @@ class FieldWriter {
     for (const Pass& pass : values)
       list.push_back({{"name", pass.name}, {"kind", pass.kind}, {"argument", pass.argument}});
   }
+  void texts(std::string_view name, const std::vector<std::string>& values) { set(name) = values; }
   void text_map(std::string_view name, const std::map<std::string, std::string>& values) { set(name) = values; }
   void number_map(std::string_view name, const std::map<std::string, std::array<float, 4>>& values) {
     set(name) = values;

@@ -110,6 +110,8 @@ void visit_light(V& visitor, T& value) {
   visitor.boolean("shadows", value.shadows);
   visitor.boolean("multiple_importance", value.multiple_importance);
   visitor.integer("max_bounces", value.max_bounces, 0, INT32_MAX);
+  visitor.boolean("soft_falloff", value.soft_falloff);
+  visitor.integer("cycles_version", value.cycles_version, 0, 10000);
   visitor.text("light_group", value.light_group);
   visitor.optional_graph("graph", value.graph);
 }
@@ -131,6 +133,12 @@ void visit_object(V& visitor, T& value) {
   visitor.boolean("holdout", value.holdout);
   visitor.boolean("shadow_catcher", value.shadow_catcher);
   visitor.boolean("shadow_pass", value.shadow_pass);
+  visitor.group_if("light_linking", value.light_linking.any(), [&](auto& group) {
+    group.text("receivers", value.light_linking.receivers);
+    group.text("blockers", value.light_linking.blockers);
+    group.texts("receives", value.light_linking.receives);
+    group.texts("blocks", value.light_linking.blocks);
+  });
 }
 
 template <typename V, typename T>

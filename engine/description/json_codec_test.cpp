@@ -116,6 +116,8 @@ TEST(JsonCodec, wrong_values_are_refused_with_the_name_of_datablock_and_member) 
        "names the array 00000000000000000000000000000000, which was not sent"},
       {"object", R"({"transform":[1,0,0,0,0,1,0,0,0,0,1,0]})", "'mesh' or 'light' must name"},
       {"object", R"({"mesh":"m"})", "'transform' is missing (and so is 'transforms')"},
+      {"object", R"({"mesh":"m","transform":[1,0,0,0,0,1,0,0,0,0,1,0],"light_linking":{"receives":[1]}})",
+       "'light_linking.receives' holds a number, not a string"},
       {"settings", R"({"width":0})", "'width' is outside 1 to"},
       {"settings", R"({"width":100000,"height":100000})", "the limit is"},
       {"settings", R"({"width":10,"height":10,"region":[0,0,11,5]})", "reaches outside the frame"},

@@ -105,6 +105,8 @@ inline Transaction full_transaction() {
   light.spread_rad = 0.5f;
   light.shadows = light.multiple_importance = false;
   light.max_bounces = 3;
+  light.soft_falloff = false;
+  light.cycles_version = 501;
   light.light_group = "keys";
   light.graph = full_graph();
   add("light", light);
@@ -120,6 +122,7 @@ inline Transaction full_transaction() {
   object.color = {0.1f, 0.2f, 0.3f, 0.4f};
   object.attributes = {{"wear", {0.25f, 0.5f, 0.75f, 1.0f}}};
   object.light_group = "rim";
+  object.light_linking = {"near", "walls", {"near", "far"}, {"walls"}};
   add("object", object);
 
   Camera camera;

@@ -455,10 +455,9 @@ float PassRecorder::occlusion(const SurfaceHit& hit, const ShadingPoint& point) 
 }
 
 /// As rays from what the camera sees meet it.
-Color PassRecorder::transmittance(const Ray& ray) const {
-  const int limit = plan_.settings_.transparent_bounces;
-  return scene_.profile().transparency ? segment_transmittance<true>(scene_, ray, k_counts_behind_first, limit)
-                                       : segment_transmittance<false>(scene_, ray, k_counts_behind_first, limit);
+Color PassRecorder::transmittance(const Ray& ray, uint8_t blockers) const {
+  const auto& trace = scene_.profile().transparency ? segment_transmittance<true> : segment_transmittance<false>;
+  return trace(scene_, ray, k_counts_behind_first, plan_.settings_.transparent_bounces, nullptr, blockers);
 }
 
 /// One sampled light with and without what stands before it.
@@ -466,13 +465,15 @@ void PassRecorder::received(const SurfaceHit& hit, const ShadingPoint& point, co
                             Color& unshadowed) {
   if (!bsdf.has_non_delta() || scene_.lights().empty()) return;
   const Vec2 u(random(), random());
-  const LightSample light = scene_.lights().sample(hit.p_world, light_receiver_normal(bsdf, point.ng_world), u);
-  if (!light || !(light.pdf_solid_angle > 0.0f)) return;
+  const LightSample light = scene_.lights().sample(hit.p_world, light_receiver_normal(bsdf, point.ng_world), u,
+                                                   scene_.light_choices(hit.instance, EvenWorld::sampled));
+  if (!light || !(light.pdf_solid_angle > 0.0f) || !scene_.reaches(light.traits->linked.receivers, hit.instance))
+    return;
   const Color f = bsdf.eval(point.wi_world, light.direction_world, Transport::radiance, ReversePdf::no).f_cos;
   unshadowed = f * scene_.sample_radiance(light, k_counts_behind_first) * (1.0f / light.pdf_solid_angle);
   if (is_black(unshadowed)) return;
   shadowed = unshadowed;
-  if (light.traits->shadows) shadowed *= transmittance(shadow_ray(scene_, hit, light));
+  if (light.traits->shadows) shadowed *= transmittance(shadow_ray(scene_, hit, light), light.traits->linked.blockers);
 }
 
 void PassRecorder::scattered(const Bsdf& bsdf, const Vec3& wi_world, const BsdfSample& sample) {

@@ -227,7 +227,8 @@ class PassRecorder {
   bool opaque_enough(const SurfaceBinding& binding, const Bsdf& bsdf) const;
   float occlusion(const SurfaceHit& hit, const ShadingPoint& point);
   void received(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, Color& shadowed, Color& unshadowed);
-  Color transmittance(const Ray& ray) const;
+  /// @param blockers LinkSets' of the light at its end
+  Color transmittance(const Ray& ray, uint8_t blockers = 0) const;
   const Color& other(OtherPicture picture) const { return others_[static_cast<size_t>(picture)]; }
   float* at(const PassPlan::Pass& pass) { return values_.data() + plan_.place(pass).sample; }
 

@@ -83,9 +83,6 @@ std::vector<std::pair<LightIndex, double>> lights_by_worth(std::span<const Emiss
   return sums;
 }
 
-/// 1 - cosine of the half angle under which a sphere is seen, without cancellation. `sin_squared` below 1.
-float one_minus_cos_of_sine(float sin_squared) { return sin_squared / (1.0f + std::sqrt(1.0f - sin_squared)); }
-
 }  // namespace
 
 Vec3 EmissionTarget::sample_line(const Vec3& direction, const Vec2& u) const {
@@ -98,7 +95,7 @@ Vec3 EmissionTarget::sample_direction(const Vec3& p_world, const Vec2& u) const 
   const Vec3 to_center = center_world - p_world;
   const float d_squared = length_squared(to_center), r_squared = sqr(radius_m);
   if (!(d_squared > r_squared)) return sample_uniform_sphere(u);
-  const Vec3 local = sample_cone(u, one_minus_cos_of_sine(r_squared / d_squared));
+  const Vec3 local = sample_cone(u, one_minus_cos_of_sine_squared(r_squared / d_squared));
   return Frame::from_normal(to_center * (1.0f / std::sqrt(d_squared))).to_world(local);
 }
 
@@ -222,7 +219,7 @@ float EmissionAim::density_of_direction(int row, const Vec3& origin_world, const
     const Aimed is = aimed(block, origin_world, direction);
     const LaneMask ahead = is.meets & (is.along > all(0.0f));
     if (!any_of(ahead | is.inside)) continue;
-    // As one_minus_cos_of_sine.
+    // As one_minus_cos_of_sine_squared.
     const Lanes sin_squared = smaller(block.radius_squared / is.distance_squared, all(1.0f));
     const Lanes one_minus_cos = sin_squared / (all(1.0f) + root(all(1.0f) - sin_squared));
     const Lanes density = is.inside ? all(k_pdf_solid_angle_uniform_sphere) : all(0.5f * k_inv_pi) / one_minus_cos;

@@ -65,10 +65,26 @@ Lamp::Lamp(const AnalyticLight& light)
     case LightKind::spot:
       cos_cone_ = std::cos(0.5f * light.spot_size_rad);
       smooth_ = (1.0f - cos_cone_) * light.spot_blend;
+      cos_bound_ = std::max(cos_cone_, 0.0f);
+      spot_cosine_ = light.spot_cosine;
+      if (!spot_cosine_) {
+        const Vec3 x = light.world_from_light.column(0), y = light.world_from_light.column(1);
+        const float along = length(light.world_from_light.column(2));
+        const auto row = [&](const Vec3& axis) {
+          const float scale = length(axis);
+          return scale > 0.0f ? axis * (along / (scale * scale)) : Vec3(0.0f);
+        };
+        spot_rows_[0] = row(x);
+        spot_rows_[1] = row(y);
+        const float widest = std::max({length(x), length(y), along * 1e-6f}) / along;
+        const float tangent = std::sqrt(std::max(1.0f - sqr(cos_bound_), 0.0f)) / cos_bound_ * widest;
+        cos_bound_ = widest == 1.0f ? cos_bound_ : 1.0f / std::sqrt(1.0f + tangent * tangent);
+      }
       [[fallthrough]];
     case LightKind::point: {
       radius_ = light.radius_m;
       is_delta_ = !(radius_ > 0.0f);
+      sphere_ = light.sphere && !is_delta_;
       const float disk_area = is_delta_ ? 1.0f : k_pi * radius_ * radius_;
       const float scale = light.normalize ? 1.0f : (is_delta_ ? 4.0f : 4.0f * disk_area);
       radiance_ = light.energy * (scale * 0.25f * k_inv_pi / disk_area);
@@ -80,7 +96,9 @@ Lamp::Lamp(const AnalyticLight& light)
       is_delta_ = !(radius_ > 0.0f);
       one_minus_cos_ = one_minus_cos_of_angle(half);
       const float scale = light.normalize || is_delta_ ? 1.0f : k_pi * sqr(std::sin(half));
-      radiance_ = light.energy * (is_delta_ ? scale : scale / (k_pi * radius_ * radius_));
+      even_sun_ = light.even_sun && !is_delta_;
+      const float area = k_pi * sqr(even_sun_ ? std::sin(half) : radius_);
+      radiance_ = light.energy * (is_delta_ ? scale : scale / area);
       break;
     }
     default: {
@@ -111,11 +129,18 @@ Lamp::Lamp(const AnalyticLight& light)
   }
 }
 
-float Lamp::spot_attenuation(float cos_angle) const {
+float Lamp::spot_attenuation(const Vec3& direction) const {
   if (kind_ != LightKind::spot) return 1.0f;
-  if (cos_angle <= std::max(cos_cone_, 0.0f)) return 0.0f;
+  float cos_angle = dot(direction, frame_.n);
+  if (!spot_cosine_) cos_angle /= length(Vec3(dot(direction, spot_rows_[0]), dot(direction, spot_rows_[1]), cos_angle));
+  if (!(cos_angle > std::max(cos_cone_, 0.0f))) return 0.0f;
   const float t = cos_angle - cos_cone_;
-  return t < smooth_ ? cos_angle * smoothstep(t / smooth_) : cos_angle;
+  return (t < smooth_ ? smoothstep(t / smooth_) : 1.0f) * (spot_cosine_ ? cos_angle : 1.0f);
+}
+
+float Lamp::one_minus_cos_seen_from(float distance) const {
+  return sphere_ ? one_minus_cos_of_sine_squared(std::min(sqr(radius_ / distance), 1.0f))
+                 : one_minus_cos_of_tangent(radius_, distance);
 }
 
 float Lamp::spread_attenuation(const Vec3& direction) const {
@@ -138,7 +163,7 @@ LightCluster Lamp::cluster() const {
   } else {
     cluster.radius = radius_;
     cluster.cos_normals = kind_ == LightKind::spot ? 1.0f : -1.0f;
-    cluster.cos_emission = kind_ == LightKind::spot ? std::max(cos_cone_, 0.0f) : 0.0f;
+    cluster.cos_emission = kind_ == LightKind::spot ? cos_bound_ : 0.0f;
     cluster.intensity =
         on_axis * (is_delta_ ? 1.0 : std::numbers::pi * static_cast<double>(radius_) * static_cast<double>(radius_));
   }
@@ -150,6 +175,10 @@ double Lamp::irradiance() const {
   // disk).
   const double on_axis = std::fabs(static_cast<double>(luminance(radiance_))) * static_cast<double>(cluster_scale_);
   if (is_delta_) return on_axis;
+  // An even disk's: pi L sin².
+  if (even_sun_)
+    return on_axis * std::numbers::pi * static_cast<double>(one_minus_cos_) *
+           (2.0 - static_cast<double>(one_minus_cos_));
   const double r_squared = static_cast<double>(radius_) * static_cast<double>(radius_);
   return on_axis * 2.0 * std::numbers::pi * r_squared / (std::sqrt(1.0 + r_squared) + 1.0);
 }
@@ -195,6 +224,12 @@ LampSample Lamp::sample(const Vec3& p, const Vec2& u) const {
     sample.radiance = radiance_;
     sample.pdf_solid_angle = 1.0f;
     if (is_delta_) return sample;
+    if (even_sun_) {
+      sample.direction = Frame::from_normal(to_sun).to_world(sample_cone(u, one_minus_cos_));
+      sample.n = -sample.direction;
+      sample.pdf_solid_angle = pdf_solid_angle_cone(one_minus_cos_);
+      return sample;
+    }
     const Vec2 d = sample_disk(u) * radius_;
     // cos of the angle off axis is 1 / |(d, 1)|; solid angle is cos³ times area on the disk one metre away.
     const float per_cos = std::sqrt(1.0f + d.x * d.x + d.y * d.y);
@@ -244,19 +279,29 @@ LampSample Lamp::sample(const Vec3& p, const Vec2& u) const {
     sample.distance = d;
     sample.p = center_;
     // (1 / d) twice: d² may underflow or overflow where intensity / d² does not.
-    sample.radiance = radiance_ * spot_attenuation(-dot(axis, frame_.n)) * (1.0f / d) * (1.0f / d);
+    sample.radiance = radiance_ * spot_attenuation(-axis) * (1.0f / d) * (1.0f / d);
     sample.pdf_solid_angle = 1.0f;
+  } else if (holds(d * d)) {
+    sample.direction = sample_uniform_sphere(u);
+    sample.pdf_solid_angle = k_pdf_solid_angle_uniform_sphere;
+    const float along = dot(sample.direction, to_center);
+    sample.distance = along + safe_sqrt(sqr(radius_) - length_squared(to_center - sample.direction * along));
+    sample.p = p + sample.direction * sample.distance;
+    sample.n = -sample.direction;
+    sample.radiance = radiance_;
   } else {
-    const float one_minus_cos = one_minus_cos_of_tangent(radius_, d);
+    const float one_minus_cos = one_minus_cos_seen_from(d);
     const Vec3 local = sample_cone(u, one_minus_cos);
     if (!(local.z > 0.0f)) return {};
     sample.direction = Frame::from_normal(axis).to_world(local);
-    sample.distance = d / local.z;
+    sample.distance =
+        sphere_ ? d * local.z - safe_sqrt(sqr(radius_) - sqr(d) * (sqr(local.x) + sqr(local.y))) : d / local.z;
     sample.p = p + sample.direction * sample.distance;
-    sample.radiance = radiance_ * spot_attenuation(-dot(sample.direction, frame_.n));
+    if (sphere_) sample.n = normalize(sample.p - center_);
+    sample.radiance = radiance_ * spot_attenuation(-sample.direction);
     sample.pdf_solid_angle = pdf_solid_angle_cone(one_minus_cos);
   }
-  if (traits_.program) sample.uv = sphere_uv(-sample.direction);
+  if (traits_.program) sample.uv = sphere_uv(sphere_ ? sample.n : -sample.direction);
   return sample;
 }
 
@@ -264,11 +309,13 @@ float Lamp::pdf_solid_angle(const Vec3& p, const Vec3& direction, float distance
   if (is_delta_) return 0.0f;
   if (kind_ == LightKind::sun) {
     const float cos_angle = -dot(direction, frame_.n);
+    if (even_sun_) return pdf_solid_angle_cone(one_minus_cos_);
     return cos_angle > 0.0f ? 1.0f / (k_pi * radius_ * radius_ * cos_angle * cos_angle * cos_angle) : 0.0f;
   }
   if (kind_ != LightKind::area) {
     const float d = length(center_ - p);
-    return d > 0.0f ? pdf_solid_angle_cone(one_minus_cos_of_tangent(radius_, d)) : 0.0f;
+    if (holds(d * d)) return k_pdf_solid_angle_uniform_sphere;
+    return d > 0.0f ? pdf_solid_angle_cone(one_minus_cos_seen_from(d)) : 0.0f;
   }
   if (!(dot(center_ - p, frame_.n) < 0.0f)) return 0.0f;
   const Part part = lit_part(p);
@@ -299,6 +346,16 @@ bool Lamp::intersect(const Vec3& origin, const Vec3& direction, float t_min, flo
     hit.uv = {along_v + 0.5f, -along_u - along_v};
     hit.n_light_world = frame_.n;
     hit.radiance = radiance_ * spread_attenuation(direction);
+  } else if (sphere_) {
+    const float along = dot(to_center, direction);
+    const float half_squared = sqr(radius_) - length_squared(to_center - direction * along);
+    if (!(half_squared >= 0.0f)) return false;
+    const bool within = holds(length_squared(to_center));
+    hit.distance_m = along + (within ? std::sqrt(half_squared) : -std::sqrt(half_squared));
+    if (!(hit.distance_m > t_min && hit.distance_m < t_max)) return false;
+    hit.n_light_world = normalize(direction * hit.distance_m - to_center);
+    if (traits_.program) hit.uv = sphere_uv(hit.n_light_world);
+    hit.radiance = within ? radiance_ : radiance_ * spot_attenuation(-direction);
   } else {
     const float d = length(to_center);
     const float cos_angle = dot(direction, to_center) / d;
@@ -309,7 +366,7 @@ bool Lamp::intersect(const Vec3& origin, const Vec3& direction, float t_min, flo
     if (length_squared(direction * hit.distance_m - to_center) > radius_ * radius_) return false;
     hit.n_light_world = to_center * (-1.0f / d);
     if (traits_.program) hit.uv = sphere_uv(-direction);
-    hit.radiance = radiance_ * spot_attenuation(-dot(direction, frame_.n));
+    hit.radiance = radiance_ * spot_attenuation(-direction);
   }
   hit.p_light_world = origin + direction * hit.distance_m;
   return !is_black(hit.radiance);
@@ -325,7 +382,7 @@ bool Lamp::intersect_infinite(const Vec3& direction, LightHit& hit) const {
   hit.distance_m = k_infinity;
   hit.direction_world = direction;
   hit.n_light_world = -direction;
-  hit.radiance = radiance_ * (1.0f / (cos_angle * cos_angle * cos_angle));
+  hit.radiance = even_sun_ ? radiance_ : radiance_ * (1.0f / (cos_angle * cos_angle * cos_angle));
   return true;
 }
 
@@ -360,9 +417,11 @@ bool Lamp::sample_emission(const Vec2& u_position, const Vec2& u_direction, cons
     sample.direction_world = target->sample_direction(sample.p_light_world, u_direction);
   } else if (kind_ == LightKind::point) {
     sample.direction_world = sample_uniform_sphere(u_direction);
+  } else if (kind_ == LightKind::spot && !spot_cosine_) {
+    sample.direction_world = frame_.to_world(sample_cone(u_direction, 1.0f - cos_bound_));
   } else {
     const float sin_squared =
-        kind_ == LightKind::spot ? 1.0f - sqr(std::max(cos_cone_, 0.0f)) : 1.0f / (1.0f + tan_spread_ * tan_spread_);
+        kind_ == LightKind::spot ? 1.0f - sqr(cos_bound_) : 1.0f / (1.0f + tan_spread_ * tan_spread_);
     const Vec2 d = sample_disk(u_direction) * std::sqrt(sin_squared);
     sample.direction_world = frame_.to_world({d.x, d.y, safe_sqrt(1.0f - d.x * d.x - d.y * d.y)});
   }
@@ -376,14 +435,16 @@ bool Lamp::sample_emission(const Vec2& u_position, const Vec2& u_direction, cons
   }
   sample.n_light_world = w;
   if (traits_.program) sample.uv = sphere_uv(w);
-  sample.radiance = radiance_ * spot_attenuation(cos_axis);
+  sample.radiance = radiance_ * spot_attenuation(w);
   if (is_delta_) return true;
   const Vec2 d = sample_disk(u_position);
   const float b_squared = d.x * d.x + d.y * d.y;
   if (!(b_squared < 1.0f)) return false;
   const Frame frame = Frame::from_normal(w);
-  sample.p_light_world =
-      center_ + (frame.s * d.x + frame.t * d.y + w * (b_squared / std::sqrt(1.0f - b_squared))) * radius_;
+  const float along = sphere_ ? std::sqrt(1.0f - b_squared) : b_squared / std::sqrt(1.0f - b_squared);
+  const Vec3 from_center = frame.s * d.x + frame.t * d.y + w * along;
+  sample.p_light_world = center_ + from_center * radius_;
+  if (sphere_ && traits_.program) sample.uv = sphere_uv(from_center);
   return true;
 }
 
@@ -399,8 +460,9 @@ EmissionPdf Lamp::pdf_emission(const Vec3& direction_from_light, float scene_rad
       pdf.pdf_direction_solid_angle = k_pdf_solid_angle_uniform_sphere;
       break;
     case LightKind::spot: {
-      const float cos_edge = std::max(cos_cone_, 0.0f);
-      if (cos_axis > cos_edge) pdf.pdf_direction_solid_angle = cos_axis * k_inv_pi / (1.0f - cos_edge * cos_edge);
+      if (cos_axis > cos_bound_)
+        pdf.pdf_direction_solid_angle = spot_cosine_ ? cos_axis * k_inv_pi / (1.0f - cos_bound_ * cos_bound_)
+                                                     : pdf_solid_angle_cone(1.0f - cos_bound_);
       break;
     }
     default:

@@ -27,11 +27,12 @@ Vec3 start_of_infinite_ray(const Vec3& direction, const Vec2& u, const EmissionT
 
 /// A lamp with everything derived from its description. Immutable.
 ///
-/// Point and spot lamps with a radius are disks of that radius that face the receiver, of radiance energy / (4 pi · pi
-/// r²); so from the lamp's side a ray at distance b from the centre is seen by receivers beyond b² / sqrt(r² - b²)
-/// along it, which is where sample_emission starts rays. Suns are disks one metre away, evenly lit, so their radiance
-/// grows as 1 / cos³ off axis. Spread dims area lamps as a grid of slats would (Cycles D10594); its normalisation is
-/// exact here, while Cycles 3.4.1 loses digits below 5 degrees and shines a quarter too brightly at 1 degree.
+/// Point and spot lamps with a radius are spheres, or disks of that radius that face the receiver, of radiance energy /
+/// (4 pi · pi r²); so from a disk's side a ray at distance b from the centre is seen by receivers beyond b² / sqrt(r² -
+/// b²) along it, which is where sample_emission starts rays. Suns are disks one metre away, evenly lit, so their
+/// radiance grows as 1 / cos³ off axis. Spread dims area lamps as a grid of slats would (Cycles D10594); its
+/// normalisation is exact here, while Cycles 3.4.1 loses digits below 5 degrees and shines a quarter too brightly at 1
+/// degree.
 class Lamp {
  public:
   /// `light` must be valid (see validate).
@@ -42,6 +43,8 @@ class Lamp {
   LightKind kind() const { return kind_; }
   bool is_delta() const { return is_delta_; }
   const Vec3& center() const { return center_; }
+  /// Point or spot: a sphere. It shines inwards too; light walks begin on its outside alone.
+  bool is_sphere() const { return sphere_; }
   bool is_infinite() const { return kind_ == LightKind::sun; }
   /// False if energy per area exceeds what a float holds.
   bool has_finite_radiance() const { return is_finite(radiance_ * spread_norm_); }
@@ -71,7 +74,10 @@ class Lamp {
   EmissionPdf pdf_emission(const Vec3& direction_from_light, float scene_radius) const;
 
  private:
-  float spot_attenuation(float cos_angle) const;
+  float spot_attenuation(const Vec3& direction_from_light) const;
+  /// Distances from the lamp's centre squared and its radius squared tell whether p lies in the sphere.
+  bool holds(float distance_squared) const { return sphere_ && distance_squared <= radius_ * radius_; }
+  float one_minus_cos_seen_from(float distance) const;
   float spread_attenuation(const Vec3& direction) const;
   /// Part of the area lamp's rectangle: from (u, v) on, in metres from its centre.
   struct Part {
@@ -82,12 +88,14 @@ class Lamp {
   Vec3 corner_of(const Part& part) const { return center_ + unit_u_ * part.u + unit_v_ * part.v; }
 
   LightKind kind_ = LightKind::point;
-  bool is_delta_ = false, round_ = false;
+  bool is_delta_ = false, round_ = false, sphere_ = false, even_sun_ = false, spot_cosine_ = true;
   Vec3 center_{0.0f};
   Frame frame_;                             ///< n: where the lamp shines (spot, area); the way light travels (sun)
   float radius_ = 0.0f;                     ///< point, spot; sun: tan of the half angle
   Color radiance_{0.0f};                    ///< on axis; delta lamps: intensity, or irradiance (sun)
-  float cos_cone_ = -1.0f, smooth_ = 0.0f;  ///< spot
+  float cos_cone_ = -1.0f, smooth_ = 0.0f;  ///< spot, in its own space
+  float cos_bound_ = -1.0f;                 ///< spot: of a round cone that holds it, at least 0
+  Vec3 spot_rows_[2];                       ///< spot without spot_cosine: from world directions to its own x and y
   Vec3 unit_u_{0.0f}, unit_v_{0.0f};        ///< area: directions of width and height
   float width_ = 0.0f, height_ = 0.0f;      ///< area, m
   float area_ = 0.0f, tan_spread_ = 0.0f, spread_norm_ = 1.0f;  ///< area lamp

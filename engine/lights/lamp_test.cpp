@@ -8,7 +8,7 @@
 namespace lambent {
 namespace {
 
-constexpr int k_tests = 14;
+constexpr int k_tests = 18;
 
 /// Lamp of Blender's default orientation, `height` above the origin, shining down.
 AnalyticLight lamp_at(LightKind kind, float height = 2.0f) {
@@ -51,6 +51,26 @@ TEST(Lamp, directions_follow_the_density_of_the_rays_that_hit_it) {
   add("spot", LightKind::spot, [](auto& l) {
     l.radius_m = 0.3f;
     l.spot_size_rad = 2.0f;
+  });
+  add("round lamp", LightKind::point, [](auto& l) {
+    l.radius_m = 0.5f;
+    l.sphere = true;
+  });
+  add("round lamp around the receiver", LightKind::point, [](auto& l) {
+    l.radius_m = 5.0f;
+    l.sphere = true;
+  });
+  add("elliptic round spot", LightKind::spot, [](auto& l) {
+    l.radius_m = 0.3f;
+    l.spot_size_rad = 2.0f;
+    l.sphere = true;
+    l.spot_cosine = false;
+    const float rows[12] = {1.5f, 0, 0, 0, 0, 0.5f, 0, 0, 0, 0, 1, 2};
+    l.world_from_light = Transform::from_rows(rows);
+  });
+  add("even sun", LightKind::sun, [](auto& l) {
+    l.angle_rad = 2.0f;
+    l.even_sun = true;
   });
   add("sun", LightKind::sun, [](auto& l) { l.angle_rad = 1.0f; });
   add("real sun", LightKind::sun, [](auto& l) { l.angle_rad = 0.0093f; });
@@ -118,6 +138,8 @@ TEST(Lamp, sampled_points_are_hit_with_the_same_radiance_and_density) {
   for (const LightKind kind : {LightKind::point, LightKind::spot, LightKind::area})
     for (const bool round : {false, true}) {
       AnalyticLight description = lamp_at(kind);
+      description.sphere = round;
+      description.spot_cosine = !round;
       description.radius_m = 0.5f;
       description.spot_size_rad = 1.5f;
       description.spread_rad = 2.5f;
@@ -188,6 +210,50 @@ TEST(Lamp, a_far_sphere_gives_the_irradiance_of_a_sphere) {
   const double radiance = 100.0 / (4 * std::numbers::pi * std::numbers::pi * 1e-4);
   const double expected = std::numbers::pi * radiance * 1e-6 * static_cast<double>(n.z);  // pi L (r/d)² cos
   EXPECT_NEAR(irradiance(Lamp(point), {0, 0, 0}, n) / expected, 1.0, 1e-4);
+}
+
+TEST(Lamp, a_round_lamp_gives_the_irradiance_of_a_sphere_from_outside_and_of_an_even_sky_from_within) {
+  AnalyticLight point = lamp_at(LightKind::point);
+  point.sphere = true;
+  const Vec3 n = normalize(Vec3(0.3f, 0, 1));
+  for (const float radius : {1e-3f, 0.5f, 1.9f, 2.5f, 100.0f}) {
+    point.radius_m = radius;
+    const double r = static_cast<double>(radius), radiance = 100.0 / (4 * std::numbers::pi * std::numbers::pi * r * r);
+    if (radius > 1.0f && radius < 2.0f) continue;  // partly below the horizon
+    const double expected = radius < 2.0f
+                                ? std::numbers::pi * radiance * r * r / 4 * static_cast<double>(n.z)  // pi L (r/d)² cos
+                                : std::numbers::pi * radiance;
+    EXPECT_NEAR(irradiance(Lamp(point), {0, 0, 0}, n) / expected, 1.0, 2e-3) << radius;
+  }
+}
+
+TEST(Lamp, an_even_sun_gives_its_irradiance_at_any_angle) {
+  AnalyticLight sun = lamp_at(LightKind::sun);
+  sun.even_sun = true;
+  for (const float angle : {0.0f, 1e-4f, 0.0093f, 1.0f, 3.0f, k_pi}) {
+    sun.angle_rad = angle;
+    EXPECT_NEAR(irradiance(Lamp(sun), {0, 0, 0}, {0, 0, 1}) / 100.0, 1.0, 2e-3) << angle;
+    EXPECT_NEAR(Lamp(sun).irradiance() / 100.0, 1.0, 1e-3) << angle;
+  }
+}
+
+TEST(Lamp, a_spot_falls_by_the_cosine_off_axis_only_where_it_is_asked_to_and_its_scale_makes_it_elliptic) {
+  AnalyticLight spot = lamp_at(LightKind::spot);
+  spot.spot_size_rad = 2.0f;
+  spot.spot_blend = 0.0f;
+  const auto at = [&](const Vec3& p) { return Lamp(spot).sample(p, {0.5f, 0.5f}).radiance.x; };
+  const float on_axis = at({0, 0, 0}), cosine = 2.0f / std::sqrt(5.0f), falloff = 4.0f / 5.0f;
+  EXPECT_NEAR(at({1, 0, 0}) / on_axis, cosine * falloff, 1e-5f);
+  spot.spot_cosine = false;
+  EXPECT_NEAR(at({1, 0, 0}) / on_axis, falloff, 1e-5f);
+  const float rows[12] = {2, 0, 0, 0, 0, 0.5f, 0, 0, 0, 0, 1, 2};
+  spot.world_from_light = Transform::from_rows(rows);
+  // The cone's edge on the plane 2 m below: 2 tan(1) times the scale along each axis.
+  const float edge = 2.0f * std::tan(1.0f);
+  EXPECT_GT(at({1.98f * edge, 0, 0}), 0.0f);
+  EXPECT_EQ(at({2.02f * edge, 0, 0}), 0.0f);
+  EXPECT_GT(at({0, 0.49f * edge, 0}), 0.0f);
+  EXPECT_EQ(at({0, 0.51f * edge, 0}), 0.0f);
 }
 
 // Irradiance of lamps of 100 W (suns 3 W/m²), 2 m above a plane, at distances x from below the lamp: measured with

@@ -22,6 +22,12 @@ enum class LightSource : uint8_t { lamp, surface, background };
 using LightIndex = uint32_t;
 inline constexpr LightIndex k_no_light = 0xffffffffu;
 
+/// Light linking: the sets of objects (numbers of the caller's, from 1) that a light reaches and that block it; 0: all.
+struct LinkSets {
+  uint8_t receivers = 0, blockers = 0;
+  bool any() const { return (receivers | blockers) != 0; }
+};
+
 /// What every kind of light hands through to its samples and hits.
 struct LightTraits {
   uint32_t user = 0;  ///< the caller's: for example which program or object this is
@@ -34,12 +40,13 @@ struct LightTraits {
   bool hit_by_rays = true;
   int max_bounces = 1024;  ///< deeper paths do not see it
   uint16_t group = 0;      ///< the caller's number of its light group; 0: in none
+  LinkSets linked;
   /// False: no walk starts at it, because what it sends depends on the path that meets it (Light Path node, hidden from
   /// some kinds of ray) or passes through everything (no shadows). Camera walks alone find it.
   bool starts_walks = true;
 };
 
-/// A lamp as Blender describes it and Cycles 3.4.1 renders it.
+/// A lamp as Blender describes it and Cycles renders it: 3.4.1 by default, later ones by the fields that say so.
 struct AnalyticLight {
   std::string name;                   ///< for messages
   LightKind kind = LightKind::point;  ///< point, spot, sun or area
@@ -51,10 +58,14 @@ struct AnalyticLight {
   float radius_m = 0.0f;                               ///< point, spot
   float angle_rad = 0.0f;                              ///< sun: whole angle of the disk
   float spot_size_rad = k_pi / 4, spot_blend = 0.15f;  ///< whole cone angle; share of it that fades
-  bool round = false;                                  ///< area: ellipse inscribed in the rectangle
-  Vec2 size_m{1.0f, 1.0f};                             ///< area: width and height (squares and disks: both the same)
-  float spread_rad = k_pi;                             ///< area: whole angle
-  Color program_average{1.0f};                         ///< if traits.program: its average, to choose lights by
+  bool spot_cosine = true;      ///< spot: intensity falls by the cosine off axis, scale does not matter (before 3.5);
+                                ///< false: it does not, and scale makes the cone elliptic
+  bool sphere = false;          ///< point, spot: a sphere that shines to both sides (4.0; later without soft falloff)
+  bool even_sun = false;        ///< sun: as bright at the rim of a wide disk as in its middle (4.0)
+  bool round = false;           ///< area: ellipse inscribed in the rectangle
+  Vec2 size_m{1.0f, 1.0f};      ///< area: width and height (squares and disks: both the same)
+  float spread_rad = k_pi;      ///< area: whole angle
+  Color program_average{1.0f};  ///< if traits.program: its average, to choose lights by
   LightTraits traits;
 };
 

@@ -18,7 +18,9 @@ LightSet::~LightSet() = default;
 
 size_t LightSet::bytes() const {
   const auto of = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-  return of(lamps_) + of(triangles_) + of(emissions_) + of(instances_) + of(table_) + of(infinite_) +
+  size_t pools = of(pools_);
+  for (const Pool& pool : pools_) pools += pool.tree.bytes() + of(pool.infinite) + of(pool.irradiance);
+  return pools + of(lamps_) + of(triangles_) + of(emissions_) + of(instances_) + of(table_) + of(infinite_) +
          of(infinite_sampled_) + of(infinite_irradiance_) + of(emission_cdf_) + tree_.bytes() + lamp_bvh_.bytes() +
          (environment_light_ ? environment_light_->bytes() : 0);
 }
@@ -38,11 +40,11 @@ const LightTraits& LightSet::traits(LightIndex light) const {
 
 // --- Selection
 
-float LightSet::infinite_importance(size_t i, const Vec3& n, EvenWorld even_world) const {
-  const LightIndex light = infinite_sampled_[i];
+float LightSet::infinite_importance(const PoolView& pool, size_t i, const Vec3& n, EvenWorld even_world) const {
+  const LightIndex light = pool.infinite[i];
   if (light == environment_ && leaves_world(even_world)) return 0.0f;
-  if (light >= first_triangle_ || length_squared(n) == 0.0f) return infinite_irradiance_[i];
-  return infinite_irradiance_[i] * lamps_[light].largest_cos(n);
+  if (light >= first_triangle_ || length_squared(n) == 0.0f) return pool.irradiance[i];
+  return pool.irradiance[i] * lamps_[light].largest_cos(n);
 }
 
 /// Weights of the groups for a receiver: the tree, then the infinite lights. Half of the probability is spread evenly
@@ -57,38 +59,41 @@ struct LightSet::Groups {
   }
 };
 
-LightSet::Groups LightSet::weigh_groups(const Vec3& p, const Vec3& n, EvenWorld even_world) const {
+LightSet::Groups LightSet::weigh_groups(const PoolView& pool, const Vec3& p, const Vec3& n,
+                                        EvenWorld even_world) const {
   Groups groups;
   const auto add = [&](float weight) {
     groups.total += weight;
     groups.contributing += weight > 0.0f ? 1 : 0;
   };
-  if (!tree_.empty()) {
+  if (!pool.tree.empty()) {
     // Alone, its estimate does not matter; beside others it does.
-    groups.tree = infinite_count(even_world) == 0 ? 1.0f : std::min(tree_.importance(p, n), k_largest_importance);
+    const bool alone = pool.infinite.size() == (leaves_world(even_world) ? 1u : 0u);
+    groups.tree = alone ? 1.0f : std::min(pool.tree.importance(p, n), k_largest_importance);
     add(groups.tree);
   }
-  for (size_t i = 0; i < infinite_sampled_.size(); ++i) add(infinite_importance(i, n, even_world));
+  for (size_t i = 0; i < pool.infinite.size(); ++i) add(infinite_importance(pool, i, n, even_world));
   return groups;
 }
 
-LightSet::Selection LightSet::select(const Vec3& p, const Vec3& n, ReusedNumber& u, EvenWorld even_world) const {
-  const Groups groups = weigh_groups(p, n, even_world);
+LightSet::Selection LightSet::select(const Vec3& p, const Vec3& n, ReusedNumber& u, LightChoices choices) const {
+  const PoolView pool = pool_of(choices);
+  const Groups groups = weigh_groups(pool, p, n, choices.even_world);
   if (groups.contributing == 0) return {};
   double before = 0.0;
   if (const float prob = groups.prob(groups.tree); prob > 0.0f) {
     if (u.value() < static_cast<double>(prob) || groups.contributing == 1) {
       u.stretch(0.0, static_cast<double>(prob));
-      const LightTree::Choice choice = tree_.sample(p, n, u);
+      const LightTree::Choice choice = pool.tree.sample(p, n, u);
       return choice.prob > 0.0f ? Selection{light_of_emitter(choice.emitter), prob * choice.prob} : Selection{};
     }
     before = static_cast<double>(prob);
   }
   Selection last;
-  for (size_t i = 0; i < infinite_sampled_.size(); ++i) {
-    const float prob = groups.prob(infinite_importance(i, n, even_world));
+  for (size_t i = 0; i < pool.infinite.size(); ++i) {
+    const float prob = groups.prob(infinite_importance(pool, i, n, choices.even_world));
     if (!(prob > 0.0f)) continue;
-    last = {infinite_sampled_[i], prob};
+    last = {pool.infinite[i], prob};
     if (u.value() < before + static_cast<double>(prob)) break;
     before += static_cast<double>(prob);
   }
@@ -96,18 +101,18 @@ LightSet::Selection LightSet::select(const Vec3& p, const Vec3& n, ReusedNumber&
   return last;
 }
 
-float LightSet::prob_selection(const Vec3& p, const Vec3& n, LightIndex light, EvenWorld even_world) const {
+float LightSet::prob_selection(const Vec3& p, const Vec3& n, LightIndex light, LightChoices choices) const {
   if (light == k_no_light || light > environment_) return 0.0f;
   const bool infinite = light == environment_ || (light < first_triangle_ && lamps_[light].is_infinite());
-  if (light == environment_ && leaves_world(even_world)) return 0.0f;
-  if (!infinite && infinite_count(even_world) == 0) return tree_.prob(p, n, emitter_of_light(light));
-  const Groups groups = weigh_groups(p, n, even_world);
+  if (light == environment_ && leaves_world(choices.even_world)) return 0.0f;
+  const PoolView pool = pool_of(choices);
+  const Groups groups = weigh_groups(pool, p, n, choices.even_world);
   if (!infinite) {
     const float prob = groups.prob(groups.tree);
-    return prob > 0.0f ? prob * tree_.prob(p, n, emitter_of_light(light)) : 0.0f;
+    return prob > 0.0f ? prob * pool.tree.prob(p, n, emitter_of_light(light)) : 0.0f;
   }
-  for (size_t i = 0; i < infinite_sampled_.size(); ++i)
-    if (infinite_sampled_[i] == light) return groups.prob(infinite_importance(i, n, even_world));
+  for (size_t i = 0; i < pool.infinite.size(); ++i)
+    if (pool.infinite[i] == light) return groups.prob(infinite_importance(pool, i, n, choices.even_world));
   return 0.0f;
 }
 
@@ -135,10 +140,10 @@ bool LightSet::sample_triangle_light(const Vec3& p, const Vec2& u, LightSample& 
   return sample.pdf_solid_angle > 0.0f;
 }
 
-LightSample LightSet::sample(const Vec3& p, const Vec3& n, const Vec2& u_light, EvenWorld even_world) const {
+LightSample LightSet::sample(const Vec3& p, const Vec3& n, const Vec2& u_light, LightChoices choices) const {
   LightSample sample;
   ReusedNumber u_first(u_light);
-  const Selection selection = select(p, n, u_first, even_world);
+  const Selection selection = select(p, n, u_first, choices);
   const Vec2 u(u_first.rest(), u_light.y);
   if (selection.light == k_no_light) return sample;
   sample.light = selection.light;
@@ -190,8 +195,8 @@ float LightSet::pdf_solid_angle_on_light(const Vec3& p, const Vec3& n, LightInde
 }
 
 float LightSet::pdf_solid_angle(const Vec3& p, const Vec3& n, LightIndex light, const Vec3& direction, float distance,
-                                const Vec2& uv, EvenWorld even_world) const {
-  const float prob = prob_selection(p, n, light, even_world);
+                                const Vec2& uv, LightChoices choices) const {
+  const float prob = prob_selection(p, n, light, choices);
   if (!(prob > 0.0f)) return 0.0f;
   const float pdf = prob * pdf_solid_angle_on_light(p, n, light, direction, distance, uv);
   return std::isfinite(pdf) ? pdf : 0.0f;
@@ -376,6 +381,8 @@ EmissionPdf LightSet::pdf_emission(LightIndex light, const Vec3& n_light, const 
   if (light == k_no_light || light > environment_) return {};
   const float prob = prob_emission(light);
   if (!(prob > 0.0f)) return {};
+  if (light < first_triangle_ && lamps_[light].is_sphere() && !(dot(direction, p_ray - lamps_[light].center()) > 0.0f))
+    return {};
   EmissionPdf pdf = pdf_on_light(light, n_light, direction);
   pdf.prob_selection = prob;
   if (aim && !aim->empty()) add_aimed(light, direction, p_ray, *aim, pdf);

@@ -25,6 +25,14 @@ enum class EvenWorld : uint8_t {
   left_to_scattering  ///< it is never chosen: for receivers whose scattered rays count it when they meet it
 };
 
+/// What a receiver chooses among.
+struct LightChoices {
+  EvenWorld even_world = EvenWorld::sampled;
+  uint8_t linked = 0;  ///< number that LightSetBuilder::add_receivers returned; 0: all lights
+
+  LightChoices(EvenWorld world = EvenWorld::sampled, uint8_t receivers = 0) : even_world(world), linked(receivers) {}
+};
+
 /// Immutable; threads share it.
 ///
 /// Selection. Finite lights hang in a light tree; each infinite light (sun, environment) stands beside it. A receiver
@@ -34,6 +42,9 @@ enum class EvenWorld : uint8_t {
 ///
 /// An even world (Environment::is_even) is met by scattered rays as well as anything could choose a direction to it.
 /// Receivers whose scattered rays count what they meet leave it to them: every choice then goes to the other lights.
+///
+/// Light linking. Receivers that some lights do not reach may choose among the others alone, by a tree of theirs
+/// (LightSetBuilder::add_receivers). Whoever chooses among all lights finds those that do not reach it by itself.
 ///
 /// Receivers. `n` is the surface normal on the side that is lit; pass zero if light from every side matters (volumes,
 /// transmitting surfaces). The same (p, n) must be given for a sample and for the pdf it is weighed against.
@@ -58,20 +69,18 @@ class LightSet {
   // --- Light as seen from a receiver
 
   /// Chooses a light and a point on it by `u` in [0, 1)². O(log lights).
-  LightSample sample(const Vec3& p_world, const Vec3& n_world, const Vec2& u,
-                     EvenWorld even_world = EvenWorld::sampled) const;
+  LightSample sample(const Vec3& p_world, const Vec3& n_world, const Vec2& u, LightChoices choices = {}) const;
 
   /// Density of sample(p, n) (selection included, sr⁻¹) at the point of `light` that a ray from p along `direction`
   /// (unit) meets at `distance_m` with parameters `uv` (LightSample's; triangles need them). 0 for delta lights, for
   /// k_no_light, and where sample() cannot get.
   float pdf_solid_angle(const Vec3& p_world, const Vec3& n_world, LightIndex light, const Vec3& direction_world,
-                        float distance_m, const Vec2& uv, EvenWorld even_world = EvenWorld::sampled) const;
+                        float distance_m, const Vec2& uv, LightChoices choices = {}) const;
   float pdf_solid_angle(const Vec3& p_world, const Vec3& n_world, const LightHit& hit) const {
     return pdf_solid_angle(p_world, n_world, hit.light, hit.direction_world, hit.distance_m, hit.uv);
   }
   /// Probability that sample(p, n) chooses `light`.
-  float prob_selection(const Vec3& p_world, const Vec3& n_world, LightIndex light,
-                       EvenWorld even_world = EvenWorld::sampled) const;
+  float prob_selection(const Vec3& p_world, const Vec3& n_world, LightIndex light, LightChoices choices = {}) const;
 
   // --- Lights as things that rays hit
 
@@ -116,9 +125,9 @@ class LightSet {
 
   /// Densities of sample_emission for the ray that leaves `light` along `direction_from_light` (unit). For triangles
   /// and area lamps `n_light` is the normal of the side that emits. `p_ray`: where the ray leaves finite lights, any
-  /// point of it for infinite ones; only an aim asks.
+  /// point of it for infinite ones.
   EmissionPdf pdf_emission(LightIndex light, const Vec3& n_light_world, const Vec3& direction_from_light_world,
-                           const Vec3& p_ray_world = Vec3(0.0f), const EmissionAim* aim = nullptr) const;
+                           const Vec3& p_ray_world, const EmissionAim* aim = nullptr) const;
 
   // --- Facts about a light
 
@@ -161,13 +170,29 @@ class LightSet {
   size_t infinite_count(EvenWorld even_world) const {
     return infinite_sampled_.size() - (leaves_world(even_world) ? 1 : 0);
   }
+  /// The lights that reach some receivers, as tree_, infinite_sampled_ and infinite_irradiance_ are all lights.
+  struct Pool {
+    LightTree tree;
+    std::vector<LightIndex> infinite;
+    std::vector<float> irradiance;
+  };
+  struct PoolView {
+    const LightTree& tree;
+    const std::vector<LightIndex>& infinite;
+    const std::vector<float>& irradiance;
+  };
+  PoolView pool_of(LightChoices choices) const {
+    if (choices.linked == 0) return {tree_, infinite_sampled_, infinite_irradiance_};
+    const Pool& pool = pools_[choices.linked - 1];
+    return {pool.tree, pool.infinite, pool.irradiance};
+  }
   bool is_triangle(LightIndex light) const { return light >= first_triangle_ && light < environment_; }
   // The tree's emitters have the lights' own numbers.
   static LightIndex light_of_emitter(uint32_t emitter) { return emitter; }
   static uint32_t emitter_of_light(LightIndex light) { return light; }
-  Groups weigh_groups(const Vec3& p, const Vec3& n, EvenWorld even_world) const;
-  Selection select(const Vec3& p, const Vec3& n, ReusedNumber& u, EvenWorld even_world) const;
-  float infinite_importance(size_t i, const Vec3& n, EvenWorld even_world) const;
+  Groups weigh_groups(const PoolView& pool, const Vec3& p, const Vec3& n, EvenWorld even_world) const;
+  Selection select(const Vec3& p, const Vec3& n, ReusedNumber& u, LightChoices choices) const;
+  float infinite_importance(const PoolView& pool, size_t i, const Vec3& n, EvenWorld even_world) const;
   float prob_emission(LightIndex light) const;
   EmissionPdf pdf_on_light(LightIndex light, const Vec3& n_light, const Vec3& direction) const;
   struct Emitter {
@@ -195,6 +220,7 @@ class LightSet {
   std::vector<LightIndex> infinite_;          ///< that rays can meet
   std::vector<LightIndex> infinite_sampled_;  ///< that sample() can choose
   std::vector<float> infinite_irradiance_;    ///< relative to the tree's intensities, by infinite_sampled_
+  std::vector<Pool> pools_;                   ///< by LightChoices::linked - 1
   std::vector<float> emission_cdf_;           ///< by group: the tree, then infinite_sampled_
   double flux_ = 0.0;
   Vec3 scene_center_{0.0f};
@@ -219,6 +245,9 @@ class LightSetBuilder {
   /// Adds the emissive triangles of an instance (once an instance; the caller's instance numbers should be dense).
   /// `name` is for messages.
   void add_mesh(uint32_t instance, std::string name, std::vector<EmissiveTriangle> triangles);
+  /// Receivers that are in these sets of receivers (bit number - 1 of LinkSets) and in no other: makes a tree of the
+  /// lights that reach them, and returns the number for LightChoices::linked; 0 where there are too many such.
+  uint8_t add_receivers(uint64_t sets);
   /// The world; at most one (the last).
   void set_environment(EnvironmentLight environment);
 
@@ -235,6 +264,7 @@ class LightSetBuilder {
   std::vector<AnalyticLight> lamps_;
   std::vector<SurfaceEmission> emissions_;
   std::vector<Mesh> meshes_;
+  std::vector<uint64_t> receivers_;
   std::unique_ptr<EnvironmentLight> environment_;
   Bounds3 bounds_;
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
 
 #include "engine/lights/light_set.h"
 
@@ -25,6 +26,14 @@ uint32_t LightSetBuilder::add_emission(SurfaceEmission emission) {
 
 void LightSetBuilder::add_mesh(uint32_t instance, std::string name, std::vector<EmissiveTriangle> triangles) {
   meshes_.push_back({instance, std::move(name), std::move(triangles)});
+}
+
+uint8_t LightSetBuilder::add_receivers(uint64_t sets) {
+  const auto found = std::find(receivers_.begin(), receivers_.end(), sets);
+  if (found == receivers_.end() && receivers_.size() >= std::numeric_limits<uint8_t>::max()) return 0;
+  const auto number = found - receivers_.begin() + 1;
+  if (found == receivers_.end()) receivers_.push_back(sets);
+  return static_cast<uint8_t>(number);
 }
 
 void LightSetBuilder::set_environment(EnvironmentLight environment) {
@@ -152,6 +161,23 @@ std::shared_ptr<const LightSet> LightSetBuilder::build(Report& report) {
   set->triangles_.shrink_to_fit();
   set->environment_ = set->first_triangle_ + static_cast<LightIndex>(set->triangles_.size());
   set->tree_.renumber(new_number, set->environment_);
+
+  // For receivers that some lights do not reach, trees of the others.
+  const auto reaches = [](const LightTraits& traits, uint64_t sets) {
+    return traits.linked.receivers == 0 || (sets >> (traits.linked.receivers - 1) & 1u) != 0;
+  };
+  for (const uint64_t sets : receivers_) {
+    std::vector<LightCluster> reaching = clusters;
+    for (size_t i = 0; i < reaching.size(); ++i) {
+      const LightTraits* traits = i < lamps_.size() ? &lamps_[i].traits : nullptr;
+      if (!traits && triangles[i - lamps_.size()].emission < emissions_.size())
+        traits = &emissions_[triangles[i - lamps_.size()].emission].traits;
+      if (traits && !reaches(*traits, sets)) reaching[i].intensity = 0.0;
+    }
+    LightSet::Pool& pool = set->pools_.emplace_back();
+    pool.tree = LightTree(reaching);
+    pool.tree.renumber(new_number, set->environment_);
+  }
   set->emissions_ = std::move(emissions_);
 
   // From the caller's numbers to lights.
@@ -205,6 +231,18 @@ std::shared_ptr<const LightSet> LightSetBuilder::build(Report& report) {
     set->has_even_world_ =
         environment_irradiance > 0.0 && light.traits.hit_by_rays && set->environment_light_->is_even();
   }
+  for (size_t k = 0; k < receivers_.size(); ++k) {
+    LightSet::Pool& pool = set->pools_[k];
+    const double scale = pool.tree.empty() || set->tree_.empty() ? 1.0 : unit / pool.tree.intensity_unit();
+    for (size_t i = 0; i < set->infinite_sampled_.size(); ++i) {
+      const LightIndex light = set->infinite_sampled_[i];
+      if (!reaches(set->traits(light), receivers_[k])) continue;
+      pool.infinite.push_back(light);
+      pool.irradiance.push_back(
+          static_cast<float>(std::clamp(static_cast<double>(set->infinite_irradiance_[i]) * scale, 1e-30,
+                                        static_cast<double>(LightSet::k_largest_importance))));
+    }
+  }
   double total = 0.0;
   for (const double f : flux) total += f;
   if (total > 0.0) {
@@ -218,6 +256,7 @@ std::shared_ptr<const LightSet> LightSetBuilder::build(Report& report) {
   set->sampled_ = set->tree_.size() + set->infinite_sampled_.size();
   lamps_.clear();
   meshes_.clear();
+  receivers_.clear();
   emissions_.clear();
   environment_.reset();
   bounds_ = Bounds3();

@@ -98,8 +98,24 @@ void LightWalk::trace(const Sampler& sampler, float time) {
     LightVertex& vertex = next_vertex();
     vertex.surface = scene_.geometry().surface(hit);
     const SurfaceHit& surface = vertex.surface;
+    // Light linking: nothing scatters at surfaces that the light does not reach, and those that do not block it let the
+    // walk through. Where it might scatter or go through it does one by chance.
+    bool reached = true, passes = false;
+    if (depth == 1 && start.traits->linked.any()) {
+      reached = scene_.reaches(start.traits->linked.receivers, surface.instance);
+      passes = !scene_.blocks(start.traits->linked.blockers, surface.instance);
+    }
+    const auto pass = [&] {
+      passed += hit.t;
+      ray = ray_from_surface(surface.p_world, surface.p_error, surface.ng_world, ray.direction, mask_at(1));
+    };
+    if (!reached && passes) {
+      pass();
+      continue;
+    }
     vertex.binding = &scene_.binding(surface.instance, surface.material_slot);
     const Program& program = *vertex.binding->program;
+    if (!reached && !program.traits().may_be_transparent) return;
     vertex.wi_world = -ray.direction;
     vertex.ng_world = dot(surface.ng_world, vertex.wi_world) < 0.0f ? -surface.ng_world : surface.ng_world;
     const float distance = passed + hit.t;
@@ -115,7 +131,11 @@ void LightWalk::trace(const Sampler& sampler, float time) {
     }
 
     const uint8_t flags = light_walk_flags(scene_, surface, program);
-    if (!(flags & k_light_arrives)) return;
+    if (!(flags & k_light_arrives)) {
+      if (!passes) return;
+      pass();
+      continue;
+    }
     bool scatters = flags & k_light_scatters;
     if (scatters) {
       PathCounts seen_as{k_ray_diffuse, counts.total + 1,    counts.diffuse + 1,
@@ -138,23 +158,37 @@ void LightWalk::trace(const Sampler& sampler, float time) {
       vertex.conditional *= cos_here;
       const Vec3 receiver_normal = light_receiver_normal(vertex.bsdf, vertex.ng_world);
       const LightIndex light = start.light;
+      const LightChoices choices = scene_.light_choices(surface.instance, settings_.even_world);
       vertex.next_event = lights.is_delta(light)
-                              ? lights.prob_selection(surface.p_world, receiver_normal, light, settings_.even_world)
+                              ? lights.prob_selection(surface.p_world, receiver_normal, light, choices)
                               : lights.pdf_solid_angle(surface.p_world, receiver_normal, light, vertex.wi_world,
-                                                       distance, start.uv, settings_.even_world);
+                                                       distance, start.uv, choices);
     }
-    if (!(vertex.own_area > 0.0f)) return;
-    ++count_;
-    if (!scatters || vertex.bsdf.empty()) return;
+    if (!(vertex.own_area > 0.0f) && !passes) return;
+    if (vertex.own_area > 0.0f && reached) ++count_;
+    scatters = scatters && vertex.own_area > 0.0f && !vertex.bsdf.empty();
+    if (!scatters && !passes) return;
 
     const uint32_t base = event_index;
+    float u_lobe = sampler.get_1d(light_bounce_dimension(base, k_dimension_lobe));
+    if (passes) {
+      if (scatters) {
+        throughput *= 2.0f;
+        u_lobe *= 2.0f;
+      }
+      if (!scatters || u_lobe >= 1.0f) {
+        pass();
+        continue;
+      }
+    }
     const BsdfSample sampled =
-        vertex.bsdf.sample(vertex.wi_world, sampler.get_1d(light_bounce_dimension(base, k_dimension_lobe)),
-                           sampler.get_2d(light_bounce_dimension(base, k_dimension_direction)), Transport::importance);
+        vertex.bsdf.sample(vertex.wi_world, u_lobe, sampler.get_2d(light_bounce_dimension(base, k_dimension_direction)),
+                           Transport::importance);
     // Light that goes under the surface is found by camera walks alone.
     if (sampled.event == k_scatter_none || (sampled.event & k_scatter_subsurface)) return;
     const uint32_t visible = mask_at(2);
     if (sampled.event & k_scatter_transparent) {
+      if (passes) return;  // counted above, for all of the light
       counts.add(sampled.event);
       if (counts.transparent > settings_.transparent) return;
       throughput *= sampled.weight;
@@ -164,6 +198,7 @@ void LightWalk::trace(const Sampler& sampler, float time) {
       if (is_black(throughput)) return;
       continue;
     }
+    if (!reached) return;
 
     // The pair of directions as a camera walk sees it.
     const bool delta = sampled.event & k_scatter_delta;

@@ -57,6 +57,10 @@ Vec2 invert_cone(const Vec3& w, float one_minus_cos);
 /// 1 - cos(alpha) without cancellation.
 inline float one_minus_cos_of_angle(float alpha_rad) { return 2.0f * sqr(std::sin(0.5f * alpha_rad)); }
 /// 1 - cos(alpha) for tan(alpha) = opposite / adjacent (both >= 0, not both 0), without cancellation.
+/// The same by the sine's square, at most 1; of the half angle under which a sphere is seen.
+inline float one_minus_cos_of_sine_squared(float sin_squared) {
+  return sin_squared / (1.0f + std::sqrt(1.0f - sin_squared));
+}
 inline float one_minus_cos_of_tangent(float opposite, float adjacent) {
   const float hypotenuse = std::hypot(opposite, adjacent);
   return (opposite / hypotenuse) * (opposite / (hypotenuse + adjacent));

@@ -17,6 +17,8 @@ std::vector<std::string> select(const SceneProfile& profile, bool value) {
       {profile.textures, "image textures"},
       {profile.depth_of_field, "depth of field"},
       {profile.subsurface, "subsurface scattering"},
+      {profile.light_linking, "light linking"},
+      {profile.shadow_linking, "shadow linking"},
   };
   std::vector<std::string> names;
   for (const auto& [present, name] : features)

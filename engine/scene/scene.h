@@ -33,6 +33,13 @@ struct ObjectIds {
   float object = 0.0f, asset = 0.0f;
 };
 
+/// Light linking of an object: the sets that it is in, number n as bit n - 1, and the sets of what it emits.
+struct ObjectLinks {
+  uint64_t receives = 0, blocks = 0;
+  LinkSets emitted;
+  uint8_t choices = 0;  ///< LightChoices::linked of its surfaces
+};
+
 /// What shading needs to know about an instance. 24 bytes.
 struct InstanceShading {
   uint32_t first_binding = 0;  ///< of Scene's bindings, by material slot
@@ -93,6 +100,27 @@ class Scene {
   const ObjectIds& ids(uint32_t object_index) const { return object_ids_[object_index]; }
   /// Names of the light groups: number n of LightTraits::group is the n-th, counted from 1.
   const std::vector<std::string>& light_groups() const { return light_groups_; }
+  /// What next event at the surfaces of an instance chooses among.
+  LightChoices light_choices(uint32_t instance, EvenWorld even_world) const {
+    if (object_links_.empty()) return even_world;
+    return {even_world, object_links_[instances_[instance].object_index].choices};
+  }
+  /// Whether light of a set of receivers reaches the surfaces of an instance.
+  bool reaches(uint8_t receivers, uint32_t instance) const {
+    return receivers == 0 || (object_links_[instances_[instance].object_index].receives >> (receivers - 1) & 1u) != 0;
+  }
+  /// Whether the surfaces of an instance block light of a set of blockers.
+  bool blocks(uint8_t blockers, uint32_t instance) const {
+    return blockers == 0 || (object_links_[instances_[instance].object_index].blocks >> (blockers - 1) & 1u) != 0;
+  }
+  /// The sets of blockers that an instance is in, number n as bit n - 1.
+  uint64_t blocked_sets(uint32_t instance) const { return object_links_[instances_[instance].object_index].blocks; }
+  /// Linking of what the surfaces of an instance emit.
+  LinkSets emission_links(uint32_t instance) const {
+    return object_links_.empty() ? LinkSets{} : object_links_[instances_[instance].object_index].emitted;
+  }
+  /// Sets of blockers that emissive meshes have, number n as bit n - 1.
+  uint64_t shadow_linked_meshes() const { return shadow_linked_meshes_; }
   /// The user's world position is p_world + origin_shift.
   const Vec3d& origin_shift() const { return origin_shift_; }
   SceneStatistics statistics() const;
@@ -158,9 +186,11 @@ class Scene {
   std::vector<std::shared_ptr<const TriangleMesh>> meshes_;  ///< keeps those of geometry_ alive
   std::vector<InstanceShading> instances_;
   std::vector<SurfaceBinding> bindings_;
-  std::vector<Vec4> object_values_;    ///< what bindings' requests of kind object read
-  std::vector<Vec4> object_colors_;    ///< by object_index
-  std::vector<ObjectIds> object_ids_;  ///< by object_index
+  std::vector<Vec4> object_values_;        ///< what bindings' requests of kind object read
+  std::vector<Vec4> object_colors_;        ///< by object_index
+  std::vector<ObjectIds> object_ids_;      ///< by object_index
+  std::vector<ObjectLinks> object_links_;  ///< by object_index; empty if no light is linked
+  uint64_t shadow_linked_meshes_ = 0;
   std::vector<std::string> light_groups_;
   ViewSpace view_;  ///< of camera_
   std::shared_ptr<const LightSet> lights_;

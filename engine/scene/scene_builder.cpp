@@ -333,7 +333,8 @@ Result<std::shared_ptr<const Scene>> SceneBuilder::build(const SceneDescription&
   // A first camera, to have a Scene to fill; it is made again once the origin shift is known.
   Result<Camera> first_camera = Camera::create(camera_spec(*camera->second, settings, Vec3d(0.0)));
   if (!first_camera) return Error{first_camera.error()};
-  State::Build build{description, cancel, report, std::shared_ptr<Scene>(new Scene(*first_camera)), {}, {}, {}, false};
+  State::Build build{description, cancel, report, std::shared_ptr<Scene>(new Scene(*first_camera)), {}, {}, {},
+                     false,       {},     {}};
   for (const description::Pass& pass : settings.passes) build.ids = build.ids || pass.kind.starts_with("cryptomatte");
   build.scene->textures_ = state.textures;
 

@@ -8,6 +8,53 @@
 
 namespace lambent {
 
+LinkSets SceneBuilder::State::Build::links_of(const description::Object& object) const {
+  const auto number_of = [](const std::map<std::string, uint8_t>& sets, const std::string& name) {
+    const auto found = sets.find(name);
+    return found == sets.end() ? uint8_t{0} : found->second;
+  };
+  return {number_of(receiver_sets, object.light_linking.receivers),
+          number_of(blocker_sets, object.light_linking.blockers)};
+}
+
+/// Numbers the sets of light linking that lights name, and notes which objects are in them.
+void SceneBuilder::State::link_lights(Build& build) {
+  constexpr size_t k_most_sets = 64;
+  bool over = false;
+  const auto number = [&](const std::string& name, std::map<std::string, uint8_t>& sets) {
+    if (name.empty() || sets.contains(name)) return;
+    const bool full = sets.size() >= k_most_sets;
+    if (!full) sets.emplace(name, static_cast<uint8_t>(sets.size() + 1));
+    over = over || full;
+  };
+  for (const auto& [id, object] : build.description.objects) {
+    number(object->light_linking.receivers, build.receiver_sets);
+    number(object->light_linking.blockers, build.blocker_sets);
+  }
+  if (over)
+    build.report.warning(
+        "light_linking", "light linking",
+        "Lights are linked to more than 64 different sets of objects; what goes beyond that takes part "
+        "in all lighting");
+  Scene& scene = *build.scene;
+  if (build.receiver_sets.empty() && build.blocker_sets.empty()) return;
+  scene.profile_.light_linking = !build.receiver_sets.empty();
+  scene.profile_.shadow_linking = !build.blocker_sets.empty();
+  const auto mask = [](const std::vector<std::string>& names, const std::map<std::string, uint8_t>& sets) {
+    uint64_t bits = 0;
+    for (const std::string& name : names)
+      if (const auto found = sets.find(name); found != sets.end()) bits |= uint64_t{1} << (found->second - 1);
+    return bits;
+  };
+  scene.object_links_.resize(build.description.objects.size());
+  size_t i = 0;
+  for (const auto& [id, object] : build.description.objects) {
+    const description::LightLinking& linking = object->light_linking;
+    scene.object_links_[i++] = {mask(linking.receives, build.receiver_sets), mask(linking.blocks, build.blocker_sets),
+                                build.links_of(*object), 0};
+  }
+}
+
 void SceneBuilder::State::add_lamps(Build& build, LightSetBuilder& set) {
   const SceneDescription& description = build.description;
   for (const auto& [id, object] : description.objects) {
@@ -41,6 +88,9 @@ void SceneBuilder::State::add_lamps(Build& build, LightSetBuilder& set) {
     lamp.angle_rad = light.angle_rad;
     lamp.spot_size_rad = light.spot_size_rad;
     lamp.spot_blend = light.spot_blend;
+    lamp.spot_cosine = light.cycles_version < 305;
+    lamp.sphere = light.cycles_version >= 400 && (light.cycles_version == 400 || !light.soft_falloff);
+    lamp.even_sun = light.cycles_version >= 400;
     lamp.round = light.shape == description::AreaShape::disk || light.shape == description::AreaShape::ellipse;
     lamp.size_m = light.size_m;
     if (light.shape == description::AreaShape::square || light.shape == description::AreaShape::disk)
@@ -51,6 +101,8 @@ void SceneBuilder::State::add_lamps(Build& build, LightSetBuilder& set) {
     lamp.traits.hit_by_rays = light.multiple_importance;
     lamp.traits.max_bounces = light.max_bounces;
     lamp.traits.group = light_group(build, object->light_group.empty() ? light.light_group : object->light_group);
+
+    lamp.traits.linked = build.links_of(*object);
 
     std::shared_ptr<const Program> program;
     if (light.graph) {
@@ -111,6 +163,9 @@ void SceneBuilder::State::add_emissive_meshes(Build& build, LightSetBuilder& set
       emission.traits.program = !traits.constant_emission;
       emission.traits.hidden_from = ~object.visibility & k_visible_all;
       emission.traits.group = scene.instances_[first_instance].light_group;
+      emission.traits.linked = build.links_of(*build.mesh_objects[i].first);
+      if (emission.traits.linked.blockers != 0)
+        scene.shadow_linked_meshes_ |= uint64_t{1} << (emission.traits.linked.blockers - 1);
       emission.traits.starts_walks =
           (traits.constant_emission || !traits.path_dependent) && !(emission.traits.hidden_from & k_visible_scattered);
       if (!emission.traits.starts_walks) scene.lights_without_walks_.push_back(object.name);
@@ -177,6 +232,13 @@ void SceneBuilder::State::add_world(Build& build, LightSetBuilder& set) {
 void SceneBuilder::State::build_lights(Build& build) {
   LightSetBuilder set;
   set.set_scene_bounds(build.scene->geometry_->bounds_world());
+  link_lights(build);
+  if (!build.receiver_sets.empty()) {
+    // Receivers of all lights choose among all.
+    const uint64_t all = ~uint64_t{0} >> (64 - build.receiver_sets.size());
+    for (ObjectLinks& links : build.scene->object_links_)
+      if (links.receives != all) links.choices = set.add_receivers(links.receives);
+  }
   add_lamps(build, set);
   add_emissive_meshes(build, set);
   add_world(build, set);

@@ -1,6 +1,7 @@
 // What a SceneBuilder keeps between builds, and one build's work in progress. Private to scene/.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <string>
 #include <unordered_map>
@@ -62,8 +63,10 @@ struct SceneBuilder::State {
     /// Objects that have a usable mesh, in the order of GeometryObject.
     std::vector<std::pair<const description::Object*, uint32_t>> mesh_objects;  ///< and number among all objects
     std::vector<GeometryObject> geometry_objects;
-    std::vector<uint32_t> first_bindings;  ///< by geometry object
-    bool ids = false;                      ///< some pass asks for ids of names
+    std::vector<uint32_t> first_bindings;                        ///< by geometry object
+    bool ids = false;                                            ///< some pass asks for ids of names
+    std::map<std::string, uint8_t> receiver_sets, blocker_sets;  ///< LinkSets by the names that lights give
+    LinkSets links_of(const description::Object& object) const;
   };
 
   void prepare_textures(const SceneDescription& description);
@@ -77,6 +80,7 @@ struct SceneBuilder::State {
   void add_instances(Build& build);
   /// Number of a light group, new ones included; 0 for no name.
   static uint16_t light_group(Build& build, const std::string& name);
+  void link_lights(Build& build);
   void build_lights(Build& build);
   void add_lamps(Build& build, LightSetBuilder& lights);
   void add_emissive_meshes(Build& build, LightSetBuilder& lights);

@@ -210,3 +210,47 @@ render()
     objects = run.values("object")
     assert [transforms(run, objects[f"empty{i}/b"])[0, :, 3].tolist() for i in range(3)] == [[4, i, 0] for i in range(3)]
     assert "Not freed" not in run.output and "Error" not in run.output
+
+
+def test_collections_of_light_linking_arrive_as_sets(run_blender):
+    run = run_blender(
+        """
+if bpy.app.version < (4, 0, 0):
+    quad('a')
+    render()
+    raise SystemExit
+a, b, c, d = (quad(name) for name in 'abcd')
+lamps = [add(name, bpy.data.lights.new(name, 'POINT')) for name in ('some', 'but', 'nested', 'all', 'none')]
+some, but, nested, everything, nothing = (lamp.light_linking for lamp in lamps)
+def collection(name, *objects):
+    made = bpy.data.collections.new(name)
+    for thing in objects:
+        made.objects.link(thing)
+    return made
+some.receiver_collection = some.blocker_collection = collection('S', a, b)
+some.receiver_collection.collection_objects[1].light_linking.link_state = 'EXCLUDE'
+but.blocker_collection = collection('B', c)
+but.blocker_collection.collection_objects[0].light_linking.link_state = 'EXCLUDE'
+# The state of the outermost child counts, and what is mentioned later.
+outer = collection('N', d)
+outer.children.link(collection('N1', c, d))
+outer.children[0].children.link(collection('N2', b))
+outer.collection_children[0].light_linking.link_state = 'EXCLUDE'
+nested.receiver_collection = outer
+everything.receiver_collection = collection('E')
+a.light_linking.receiver_collection = bpy.data.collections['S']
+render()
+"""
+    )
+    objects = run.values("object")
+    if "b" not in objects:
+        assert "light_linking" not in objects["a"]
+        return
+    linking = {name: value.get("light_linking") for name, value in objects.items()}
+    assert linking["some"] == {"receivers": "S", "blockers": "S"}
+    assert linking["but"] == {"blockers": "B"} and linking["nested"] == {"receivers": "N"}
+    assert linking["all"] is None and linking["none"] is None
+    assert linking["a"] == {"receivers": "S", "receives": ["S"], "blocks": ["S", "B"]}
+    assert linking["b"] == {"receives": [], "blocks": ["B"]}
+    assert linking["c"] == {"receives": [], "blocks": []}
+    assert linking["d"] == {"receives": ["N"], "blocks": ["B"]}

@@ -695,9 +695,78 @@ std::vector<IntegratorCase> limit_cases() {
   return cases;
 }
 
+std::vector<IntegratorCase> linking_cases() {
+  std::vector<IntegratorCase> cases;
+  const std::vector<std::string> reflected{"BPT", "VCM"};
+  // The corridor with a screen between its light and the floor, in sets by what is asked of them.
+  const auto add = [&](const std::string& name, const Light* light, const std::vector<std::string>& receivers,
+                       const std::vector<std::string>& blockers, const std::vector<std::string>& integrators,
+                       Graph wall = diffuse(Color(0.5f, 0.6f, 0.7f)), Graph screen = diffuse(Color(0.6f))) {
+    SceneMaker maker = corridor(diffuse(Color(0.7f, 0.6f, 0.5f)), std::move(wall));
+    maker.material("screen", std::move(screen));
+    quad(maker, "screen", {-1.6f, 0.2f, -2.6f}, {1.2f, 0.2f, -2.6f}, {1.2f, 2.6f, -2.4f}, "screen");
+    if (light) {
+      maker.light("l", *light, k_above);
+    } else {
+      maker.material("e", emission(Color(1.0f, 0.8f, 0.6f), 6.0f));
+      quad(maker, "l", {-0.8f, 1.6f, -1.5f}, {0.2f, 1.6f, -1.5f}, {0.2f, 2.6f, -1.2f}, "e");
+    }
+    Light other = lamp(LightType::point, 60.0f);
+    other.radius_m = 0.2f;  // path tracing would not see it in mirrors without
+    maker.light("other", other, aimed({0.5f, -2, -1}, {0, 0, -4}));
+    LightLinking& emitted = maker.object("l").light_linking;
+    if (!receivers.empty()) emitted.receivers = "r";
+    if (!blockers.empty()) emitted.blockers = "b";
+    for (const std::string& id : receivers)
+      if (id != "none") maker.object(id).light_linking.receives = {"r"};
+    for (const std::string& id : blockers)
+      if (id != "none") maker.object(id).light_linking.blocks = {"b", "unused"};
+    cases.push_back({"linking_" + name, maker, integrators});
+  };
+  const Light square = area(AreaShape::square, 1.0f, 1.0f, 60.0f), point = lamp(LightType::point, 60.0f);
+  Light sun = lamp(LightType::sun, 2.0f);
+  sun.angle_rad = 0.5f;
+  add("area_that_reaches_the_walls", &square, {"left", "right", "screen"}, {}, k_all);
+  add("area_that_reaches_the_floor", &square, {"floor"}, {}, k_all);
+  add("mesh_that_reaches_one_wall", nullptr, {"right"}, {}, k_all);
+  // Photons are few where most light walks begin at what reaches nothing.
+  add("sun_that_reaches_nothing", &sun, {"none"}, {}, k_round);
+  add("area_that_nothing_blocks", &square, {}, {"none"}, k_all_and_vpl);
+  add("point_through_the_screen", &point, {}, {"floor", "left", "right"}, k_all);
+  add("sun_that_the_screen_blocks", &sun, {}, {"screen"}, k_all);
+  add("mesh_through_the_screen", nullptr, {}, {"floor", "left", "right", "l"}, k_all);
+  add("mesh_reaches_the_floor_through_the_screen", nullptr, {"floor"}, {"left", "right"}, k_all);
+  add("area_through_half_transparent_screen", &square, {"floor", "screen"}, {"floor", "screen"}, k_all,
+      diffuse(Color(0.5f, 0.6f, 0.7f)), combined("MixShader", transparent(Color(0.9f)), diffuse(Color(0.8f))));
+  add("area_past_half_transparent_screen", &square, {}, {"floor"}, k_all, diffuse(Color(0.5f, 0.6f, 0.7f)),
+      combined("MixShader", transparent(Color(0.9f)), diffuse(Color(0.8f))));
+  add("area_through_half_transparent_screen_that_it_does_not_reach", &square, {"floor", "left"}, {}, k_all,
+      diffuse(Color(0.5f, 0.6f, 0.7f)), combined("MixShader", transparent(Color(0.9f)), diffuse(Color(0.8f))));
+  for (const Light* light : {&square, static_cast<const Light*>(nullptr)})
+    add(light ? "area_seen_in_mirrors" : "mesh_seen_in_gloss", light, {"floor", "left"}, {"right", "floor"}, reflected,
+        glossy(light ? 0.0f : 0.3f));
+  SceneMaker many = corridor();
+  for (int i = 0; i < 40; ++i) {
+    const float x = -2.2f + 4.4f * static_cast<float>((i * 7) % 20) / 19.0f,
+                y = -2.6f + 5.2f * static_cast<float>((i * 13) % 40) / 39.0f;
+    const float z = std::fabs(y) < 1.5f && std::fabs(x) < 1.5f ? 0.5f : -1.2f;
+    const std::string id = "l" + std::to_string(i);
+    many.light(id, i % 3 == 0 ? lamp(LightType::point, 3.0f) : area(AreaShape::square, 0.2f, 0.2f, 3.0f),
+               aimed({x, y, z}, {x * 0.3f, y * 0.3f, -4}));
+    if (i % 2) many.object(id).light_linking.receivers = i % 4 == 1 ? "floor" : "walls";
+  }
+  many.light("sun", sun, aimed({1, -1, 3}, {0, 0, 0}));
+  many.object("sun").light_linking.receivers = "walls";
+  many.object("floor").light_linking.receives = {"floor"};
+  many.object("left").light_linking.receives = {"walls"};
+  many.object("right").light_linking.receives = {"walls", "floor"};
+  cases.push_back({"linking_many", many, k_all});
+  return cases;
+}
+
 std::vector<IntegratorCase> integrator_cases() {
   std::vector<IntegratorCase> cases;
-  for (auto list : {light_cases, camera_cases, lobe_cases, surface_cases, limit_cases})
+  for (auto list : {light_cases, camera_cases, lobe_cases, surface_cases, limit_cases, linking_cases})
     for (IntegratorCase& one : list()) cases.push_back(std::move(one));
   return cases;
 }

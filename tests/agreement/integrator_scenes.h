@@ -25,6 +25,8 @@ std::vector<IntegratorCase> camera_cases();
 std::vector<IntegratorCase> lobe_cases();
 std::vector<IntegratorCase> surface_cases();
 std::vector<IntegratorCase> limit_cases();
+/// Light and shadow linking.
+std::vector<IntegratorCase> linking_cases();
 
 /// All of them.
 std::vector<IntegratorCase> integrator_cases();

@@ -27,6 +27,10 @@ const std::vector<IntegratorCase>& cases() {
       for (const char* name : {"lobe_principled_1", "lobe_principled_1_transmission", "lobe_diffuse_and_mirror",
                                "lobe_half_transparent", "lobe_glass_05", "lobe_more_than_all"})
         if (one.name == name) result.push_back(one);
+    for (const IntegratorCase& one : linking_cases())
+      for (const char* name : {"linking_area_seen_in_mirrors", "linking_mesh_seen_in_gloss",
+                               "linking_mesh_reaches_the_floor_through_the_screen"})
+        if (one.name == name) result.push_back(one);
     return result;
   }();
   return chosen;

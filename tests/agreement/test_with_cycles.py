@@ -2,7 +2,9 @@
 
 import os
 import pathlib
+import re
 import shutil
+import subprocess
 import sys
 
 import pytest
@@ -26,3 +28,10 @@ def test_no_tile_differs_from_cycles_by_over_one_percent(name, width, samples, t
     found = image_statistics.compare(*pictures)
     assert found.failing_beyond_margin == 0.0, found
     assert abs(found.mean_ratio - 1.0) <= 0.01 + 4 * found.mean_ratio_error, found
+
+
+def test_light_linking_agrees_with_cycles(tmp_path):
+    version = subprocess.run([k_blender, "--version"], capture_output=True, text=True, check=True).stdout
+    if int(re.search(r"Blender (\d+)", version).group(1)) < 4:
+        pytest.skip("light linking came with Blender 4.0")
+    test_no_tile_differs_from_cycles_by_over_one_percent("light_linking", 112, 64, tmp_path)

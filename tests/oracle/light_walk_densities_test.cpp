@@ -123,7 +123,8 @@ TEST_P(LightWalkDensities, are_their_definition) {
       }
       // A ray from within rounding of the light's rim may miss it.
       if (!met) continue;
-      const EmissionPdf pdf = lights.pdf_emission(walk.light(), n_light, -direction);
+      const EmissionPdf pdf = lights.pdf_emission(walk.light(), n_light, -direction,
+                                                  first.surface.p_world + direction * static_cast<float>(distance));
       double own = static_cast<double>(pdf.prob_selection) * static_cast<double>(pdf.pdf_area) *
                    static_cast<double>(pdf.pdf_direction_solid_angle) * cosine;
       // Positions on flat lights are per area of the light; others per area across the ray.

@@ -29,8 +29,10 @@ def export_light(edits, light):
         "multiple_importance": getattr(cycles, "use_multiple_importance_sampling", True),
         "max_bounces": getattr(cycles, "max_bounces", 1024),
     }
+    value["cycles_version"] = compat.CYCLES_VERSION
     if light.type in ("POINT", "SPOT"):
         value["radius_m"] = light.shadow_soft_size
+        value["soft_falloff"] = getattr(light, "use_soft_falloff", True)
     if light.type == "SPOT":
         value["spot_size_rad"] = light.spot_size
         value["spot_blend"] = light.spot_blend

@@ -11,7 +11,7 @@ object that Blender hands out is valid only until the next step.
 import bpy
 import numpy as np
 
-from . import compat, light, material, mesh
+from . import compat, light, light_linking, material, mesh
 
 _CONVERTIBLE = ("MESH", "CURVE", "SURFACE", "FONT", "META")
 _NOT_RENDERED = {
@@ -47,6 +47,7 @@ class ObjectExporter:
         self._meshes = {}
         self._mesh_names = set()
         self._converted = set()
+        self._links = light_linking.Links()
         materials = bpy.data.materials
         self._attribute_names = material.attribute_names(materials)
         self._object_attribute_names = material.object_attribute_names(materials)
@@ -100,6 +101,7 @@ class ObjectExporter:
                 found = original.evaluated_get(self._depsgraph)
                 groups[group] = self._guarded(self._begin, found, found, parent.evaluated_get(self._depsgraph))
         if any(group is not None for group in groups):
+            self._links.finish()
             arrays = _instance_arrays(self._depsgraph, len(group_of_instance), self._random_ids, first_is_instancer)
             self._put_groups(groups, np.array(group_of_instance, np.int64), *arrays)
 
@@ -134,6 +136,7 @@ class ObjectExporter:
         value["visibility"] = self._visibility(owner, parent)
         if owner.lightgroup:
             value["light_group"] = owner.lightgroup
+        self._links.add(value, owner, parent)
         base = name if owner == parent else f"{parent.name_full}/{name}"
         return _unique(base, self._names), value
 
@@ -232,9 +235,6 @@ class ObjectExporter:
 
     def _report_unsupported(self, owner):
         edits, name = self._edits, owner.name_full
-        linking = getattr(owner, "light_linking", None)
-        if linking is not None and (linking.receiver_collection or linking.blocker_collection):
-            edits.unsupported(name, f"{name}: light linking is not supported; it takes part in all lighting")
         for system in owner.particle_systems:
             if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
                 edits.unsupported(name, f"{name}: hair particles ({system.name}) are not supported and are left out")

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/integrators/bidirectional/joined_limits.h"
 #include "engine/path/roulette.h"
 #include "engine/path/shadow_ray.h"
 #include "engine/path/subsurface_walk.h"
@@ -75,36 +76,6 @@ MergeReach Kernel<profile>::reach_at(const Vec3& p_first_hit) const {
 }
 
 template <KernelProfile profile>
-bool Kernel<profile>::limits_are_near(const EventCounts& before, const EventCounts& light_side, int more) const {
-  EventCounts most = before + light_side;
-  most.diffuse += more;
-  most.glossy += more;
-  most.transmission += more;
-  return !most.within(settings_.bounces);
-}
-
-template <KernelProfile profile>
-float Kernel<profile>::share_within_limits(const EventCounts& before, const EventCounts& light_side,
-                                           const EventShares* at_camera, const EventShares* at_light) const {
-  constexpr uint8_t k_events[3] = {k_scatter_diffuse, k_scatter_glossy, k_scatter_transmission};
-  const auto share_of = [](const EventShares* shares, int kind) {
-    if (!shares) return kind == 0 ? 1.0f : 0.0f;  // an event that no limit counts
-    return kind == 0 ? shares->diffuse : kind == 1 ? shares->glossy : shares->transmission;
-  };
-  float sum = 0.0f;
-  for (int a = 0; a < 3; ++a)
-    for (int b = 0; b < 3; ++b) {
-      const float share = share_of(at_camera, a) * share_of(at_light, b);
-      if (share == 0.0f) continue;
-      EventCounts all = before + light_side;
-      if (at_camera) all.add(k_events[a]);
-      if (at_light) all.add(k_events[b]);
-      if (all.within(settings_.bounces)) sum += share;
-    }
-  return sum;
-}
-
-template <KernelProfile profile>
 uint8_t Kernel<profile>::likeliest_event(const Bsdf& bsdf, const Vec3& wi, const Vec3& wo) {
   const EventShares shares = bsdf.event_shares(wi, wo);
   if (shares.transmission > shares.diffuse + shares.glossy) return k_scatter_glossy | k_scatter_transmission;
@@ -145,13 +116,14 @@ void Kernel<profile>::add_met(const Color& contribution, float weight, LightInde
 }
 
 template <KernelProfile profile>
-Color Kernel<profile>::visibility(const Ray& ray, uint32_t ray_kind, int transparent_before, bool* depended) {
+Color Kernel<profile>::visibility(const Ray& ray, uint32_t ray_kind, int transparent_before, bool* depended,
+                                  uint8_t blockers) {
   ++counts_.rays;
   PathCounts counts = path_counts();
   counts.ray_kind = ray_kind;
   if (ray_kind != k_ray_camera) ++counts.depth;
   counts.transparent = transparent_before;
-  return segment_transmittance<k_transparency>(scene_, ray, counts, settings_.bounces.transparent, depended);
+  return segment_transmittance<k_transparency>(scene_, ray, counts, settings_.bounces.transparent, depended, blockers);
 }
 
 template <KernelProfile profile>
@@ -189,8 +161,9 @@ float Kernel<profile>::emission_weight(LightIndex light, const Vec3& n_light, co
   if (!pass_.set.emission) return only_delta_ ? 1.0f : 0.0f;
   if (!traits.hit_by_rays && last_.connectible) return 0.0f;  // found by next event alone
   pdfs_.scatter = last_.pdf_solid_angle;
-  pdfs_.next_event = last_.connectible ? scene_.lights().pdf_solid_angle(last_.p_world, last_.receiver_normal, light,
-                                                                         direction, distance, uv, even_world(pass_.set))
+  pdfs_.next_event = last_.connectible ? scene_.lights().pdf_solid_angle(
+                                             last_.p_world, last_.receiver_normal, light, direction, distance, uv,
+                                             scene_.light_choices(last_.instance, even_world(pass_.set)))
                                        : 0.0f;
   const float cosine = std::fabs(dot(last_.ng_world, direction));
   pdfs_.light[m_] = depended_ || !(pdfs_.flags[m_] & k_light_begins)
@@ -211,7 +184,7 @@ void Kernel<profile>::add_lamps(const Ray& ray, float t_end) {
   const float before = origin == ray.origin ? 0.0f : distance_before_;
   lights.for_each_lamp(
       origin, ray.direction, before + ray.t_min, before + t_end, bounces_.ray_kind, [&](const LightHit& hit) {
-        if (bounces_.total - 1 > hit.traits->max_bounces) return;
+        if (bounces_.total - 1 > hit.traits->max_bounces || !meets(hit.traits->linked)) return;
         const float weight =
             emission_weight(hit.light, hit.n_light_world, ray.direction, hit.distance_m, hit.uv, *hit.traits);
         if (weight > 0.0f)
@@ -229,7 +202,9 @@ void Kernel<profile>::add_background(const Vec3& direction) {
   }
   if (!(pass_.set.emission || only_delta_)) return;
   scene_.lights().for_each_infinite(direction, bounces_.ray_kind, [&](const LightHit& hit) {
-    if (bounces_.total - 1 > hit.traits->max_bounces) return;
+    // As in Cycles, suns with shadow linking are not even seen by the camera.
+    if (bounces_.total - 1 > hit.traits->max_bounces || hit.traits->linked.blockers != 0 || !meets(hit.traits->linked))
+      return;
     const float weight = emission_weight(hit.light, hit.n_light_world, direction, k_infinity, hit.uv, *hit.traits);
     if (weight > 0.0f)
       add_met(throughput_ * scene_.light_radiance(hit, path_counts()), weight, hit.light, scene_.source_of(hit.light),
@@ -240,7 +215,7 @@ void Kernel<profile>::add_background(const Vec3& direction) {
 template <KernelProfile profile>
 void Kernel<profile>::add_surface_emission(const SurfaceHit& hit, const SurfaceBinding& binding, const Vec3& direction,
                                            float distance, const Color& emission) {
-  if (is_black(emission) || !(pass_.set.emission || only_delta_)) return;
+  if (is_black(emission) || !(pass_.set.emission || only_delta_) || !meets(scene_.emission_links(hit.instance))) return;
   pdfs_.n = m_;
   float weight = 1.0f;
   LightIndex light = k_no_light;
@@ -252,6 +227,27 @@ void Kernel<profile>::add_surface_emission(const SurfaceHit& hit, const SurfaceB
   }
   if (weight > 0.0f)
     add_met(throughput_ * emission, weight, light, LightSource::surface, scene_.instance(hit.instance).light_group);
+}
+
+/// What the scattered ray meets of lights with shadow linking.
+template <KernelProfile profile>
+void Kernel<profile>::add_shadow_linked(const Ray& ray) {
+  if (!(pass_.set.emission || only_delta_)) return;
+  for_each_shadow_linked(scene_, ray, last_.instance, path_counts(), [&](const LinkedLightPoint& met) {
+    if (met.traits && bounces_.total - 1 > met.traits->max_bounces) return;
+    bool depended = false;
+    const Color seen = throughput_ * met.radiance *
+                       visibility(met.shadow, k_ray_shadow, bounces_.transparent, &depended, met.linked.blockers);
+    if (is_black(seen)) return;
+    pdfs_.n = m_;
+    float weight = 1.0f;
+    if (met.traits) {
+      depended_ = depended;
+      weight = emission_weight(met.light, met.n_light_world, ray.direction, met.distance_m, met.uv, *met.traits);
+      depended_ = false;
+    }
+    if (weight > 0.0f) add_met(seen, weight, met.light, met.source, met.group);
+  });
 }
 
 // --- Techniques at a vertex of the camera walk ---------------------------------------------------------------------
@@ -270,9 +266,11 @@ void Kernel<profile>::join(const Here& here, const Sampler& sampler, uint32_t ev
 template <KernelProfile profile>
 void Kernel<profile>::next_event(const Here& here) {
   const LightSet& lights = scene_.lights();
-  const LightSample light =
-      lights.sample(here.hit.p_world, here.receiver_normal, here.numbers.light, even_world(pass_.set));
-  if (!light || !(light.pdf_solid_angle > 0.0f) || bounces_.total > light.traits->max_bounces) return;
+  const LightSample light = lights.sample(here.hit.p_world, here.receiver_normal, here.numbers.light,
+                                          scene_.light_choices(here.hit.instance, even_world(pass_.set)));
+  if (!light || !(light.pdf_solid_angle > 0.0f) || bounces_.total > light.traits->max_bounces ||
+      !scene_.reaches(light.traits->linked.receivers, here.hit.instance))
+    return;
   BsdfEval scattered = here.bsdf.eval(here.point.wi_world, light.direction_world, Transport::radiance);
   if (light.traits->hidden_from & k_visible_scattered)
     scattered.f_cos *= share_that_sees(here.bsdf, here.point.wi_world, light.direction_world, light.traits->hidden_from,
@@ -313,7 +311,8 @@ void Kernel<profile>::next_event(const Here& here) {
       contribution /= survival;
     }
     bool depended = false;
-    contribution *= visibility(shadow_ray(scene_, here.hit, light), k_ray_shadow, bounces_.transparent, &depended);
+    contribution *= visibility(shadow_ray(scene_, here.hit, light), k_ray_shadow, bounces_.transparent, &depended,
+                               light.traits->linked.blockers);
     if (is_black(contribution)) return;
     if (depended && pass_.set.weighted()) {
       pdfs_.light[here.i] = 0.0f;
@@ -347,7 +346,7 @@ void Kernel<profile>::connect(const Here& here, const LightWalk& walk, float sca
     const Vec3 direction = offset * (1.0f / distance);
     const BsdfEval scattered = here.bsdf.eval(here.point.wi_world, direction, Transport::radiance);
     if (is_black(scattered.f_cos) || !(scattered.pdf_solid_angle > 0.0f)) continue;
-    const bool near = limits_are_near(before, vertex.counts, 1 + counted_at_light);
+    const bool near = limits_are_near(settings_.bounces, before, vertex.counts, 1 + counted_at_light);
     LightScatter at_light;
     if (!walk.scatter(vertex, -direction, false, near, scratch_, at_light)) continue;
 
@@ -355,8 +354,8 @@ void Kernel<profile>::connect(const Here& here, const LightWalk& walk, float sca
     Color contribution = throughput_ * scattered.f_cos * at_light.f_cos * vertex.throughput * (per_area * scale);
     if (near) {
       const EventShares at_camera = here.bsdf.event_shares(here.point.wi_world, direction);
-      contribution *=
-          share_within_limits(before, vertex.counts, &at_camera, counted_at_light ? &at_light.shares : nullptr);
+      contribution *= share_within_limits(settings_.bounces, before, vertex.counts, &at_camera,
+                                          counted_at_light ? &at_light.shares : nullptr);
     }
     if (is_black(contribution) || !is_finite(contribution)) continue;
 
@@ -440,9 +439,9 @@ void Kernel<profile>::merge(const Here& here, const Sampler& sampler, uint32_t e
     const EventCounts light_side{std::max(depth - 2, 0), record->counts.diffuse, record->counts.glossy,
                                  record->counts.transmission, record->counts.transparent};
     const int counted = depth >= 2 ? 1 : 0;
-    if (limits_are_near(before, light_side, counted)) {
+    if (limits_are_near(settings_.bounces, before, light_side, counted)) {
       const EventShares shares = here.bsdf.event_shares(here.point.wi_world, wi);
-      contribution *= share_within_limits(before, light_side, counted ? &shares : nullptr, nullptr);
+      contribution *= share_within_limits(settings_.bounces, before, light_side, counted ? &shares : nullptr, nullptr);
       if (is_black(contribution)) return;
     }
 
@@ -506,11 +505,11 @@ void Kernel<profile>::connect_to_lens(const LightWalk& walk, const LightVertex& 
     return;
   if (!(scene_.geometry().instance(vertex.surface.instance).visibility & k_visible_camera)) return;
   if (scene_.instance(vertex.surface.instance).holdout) return;
-  const bool near = vertex.depth >= 2 && limits_are_near({}, vertex.counts, 1);
+  const bool near = vertex.depth >= 2 && limits_are_near(settings_.bounces, {}, vertex.counts, 1);
   LightScatter at_light;
   if (!walk.scatter(vertex, lens.direction_world, true, near, scratch_, at_light)) return;
   Color contribution = vertex.throughput * at_light.f_cos * lens.importance_px2_per_m2;
-  if (near) contribution *= share_within_limits({}, vertex.counts, nullptr, &at_light.shares);
+  if (near) contribution *= share_within_limits(settings_.bounces, {}, vertex.counts, nullptr, &at_light.shares);
   if (is_black(contribution)) return;
 
   lens_pdfs_.reserve(vertex.depth);
@@ -755,7 +754,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
         if (passes_) passes_->scattered(bsdf, point.wi_world, scattered);
         m_ = i;
         only_delta_ = only_delta_ && delta;
-        last_ = {hit.p_world, point.ng_world, receiver_normal, scattered.pdf_solid_angle, !delta};
+        last_ = {hit.p_world, point.ng_world, receiver_normal, scattered.pdf_solid_angle, !delta, hit.instance};
       }
     }
     throughput_ *= scattered.weight;
@@ -782,6 +781,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
     ray =
         ray_from_surface(hit.p_world, hit.p_error, hit.ng_world, scattered.wo_world, bounces_.ray_kind & k_visible_all);
     ray.t_max = t_max;
+    if (scene_.profile().shadow_linking && !(scattered.event & k_scatter_transparent)) add_shadow_linked(ray);
   }
   return estimate_;
 }

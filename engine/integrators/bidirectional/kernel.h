@@ -8,6 +8,7 @@
 #include "engine/integrators/integrator.h"
 #include "engine/integrators/passes.h"
 #include "engine/path/light_walk.h"
+#include "engine/path/linked_light.h"
 #include "engine/path/path_pdfs.h"
 #include "engine/path/photon_map.h"
 #include "engine/sampling/event_numbers.h"
@@ -65,6 +66,7 @@ class Kernel {
     Vec3 p_world{0.0f}, ng_world{0.0f}, receiver_normal{0.0f};
     float pdf_solid_angle = 0.0f;  ///< of the direction it scattered to; discrete after delta events
     bool connectible = false;
+    uint32_t instance = k_no_index;
   };
   /// A vertex that techniques work at.
   struct Here {
@@ -83,6 +85,11 @@ class Kernel {
   void add_background(const Vec3& direction);
   void add_surface_emission(const SurfaceHit& hit, const SurfaceBinding& binding, const Vec3& direction, float distance,
                             const Color& emission);
+  void add_shadow_linked(const Ray& ray);
+  /// Whether light that the ray meets counts there (light linking).
+  bool meets(LinkSets linked) const {
+    return meets_linked(scene_, linked, (bounces_.ray_kind & k_ray_camera) != 0, last_.instance);
+  }
   /// Joins the vertex to lights, light walks and photons, as far as the techniques do.
   void join(const Here& here, const Sampler& sampler, uint32_t event_index);
   void next_event(const Here& here);
@@ -104,10 +111,6 @@ class Kernel {
     return pass_.set.weighted() ? path_weight(pdfs, pass_.set, pass_.counts, reach, technique, vertex) : 1.0f;
   }
   MergeReach reach_at(const Vec3& p_first_hit) const;
-  /// What part of a joined path's light keeps within the limits by kind of event.
-  float share_within_limits(const EventCounts& before, const EventCounts& light_side, const EventShares* at_camera,
-                            const EventShares* at_light) const;
-  bool limits_are_near(const EventCounts& before, const EventCounts& light_side, int more) const;
 
   /// Adds what is left of a contribution after weight and clamping, and returns it.
   Color add(const Color& contribution, Technique technique, float weight, LightIndex light, bool indirect);
@@ -115,7 +118,8 @@ class Kernel {
   /// For observers: the likeliest kind of event for a pair of directions.
   static uint8_t likeliest_event(const Bsdf& bsdf, const Vec3& wi, const Vec3& wo);
   /// @param depended as for segment_transmittance
-  Color visibility(const Ray& ray, uint32_t ray_kind, int transparent_before, bool* depended = nullptr);
+  Color visibility(const Ray& ray, uint32_t ray_kind, int transparent_before, bool* depended = nullptr,
+                   uint8_t blockers = 0);
   EventCounts counts() const {
     return {bounces_.total, bounces_.diffuse, bounces_.glossy, bounces_.transmission, bounces_.transparent};
   }

@@ -40,8 +40,9 @@ float Kernel<profile>::emission_weight(LightIndex light, const Vec3& direction, 
                                        const LightTraits& traits) const {
   if (!last_.weighed) return 1.0f;
   if (!traits.hit_by_rays) return 0.0f;  // found by next event alone
-  const float pdf_next_event = scene_.lights().pdf_solid_angle(last_.p_world, last_.receiver_normal, light, direction,
-                                                               distance, uv, k_even_world);
+  const float pdf_next_event =
+      scene_.lights().pdf_solid_angle(last_.p_world, last_.receiver_normal, light, direction, distance, uv,
+                                      scene_.light_choices(last_.instance, k_even_world));
   return power_heuristic(last_.pdf_solid_angle, pdf_next_event);
 }
 
@@ -55,7 +56,7 @@ void Kernel<profile>::add_lamps(const Ray& ray, float t_end) {
   const float before = origin == ray.origin ? 0.0f : distance_before_;
   lights.for_each_lamp(
       origin, ray.direction, before + ray.t_min, before + t_end, bounces_.ray_kind, [&](const LightHit& hit) {
-        if (bounces_.total - 1 > hit.traits->max_bounces) return;
+        if (bounces_.total - 1 > hit.traits->max_bounces || !meets(hit.traits->linked)) return;
         const float weight = emission_weight(hit.light, ray.direction, hit.distance_m, hit.uv, *hit.traits);
         if (weight > 0.0f)
           add_met(throughput_ * scene_.light_radiance(hit, path_counts()) * weight, LightSource::lamp,
@@ -71,7 +72,9 @@ void Kernel<profile>::add_background(const Vec3& direction) {
     return;
   }
   scene_.lights().for_each_infinite(direction, bounces_.ray_kind, [&](const LightHit& hit) {
-    if (bounces_.total - 1 > hit.traits->max_bounces) return;
+    // As in Cycles, suns with shadow linking are not even seen by the camera.
+    if (bounces_.total - 1 > hit.traits->max_bounces || hit.traits->linked.blockers != 0 || !meets(hit.traits->linked))
+      return;
     const float weight = emission_weight(hit.light, direction, k_infinity, hit.uv, *hit.traits);
     if (weight > 0.0f)
       add_met(throughput_ * scene_.light_radiance(hit, path_counts()) * weight, scene_.source_of(hit.light),
@@ -82,7 +85,7 @@ void Kernel<profile>::add_background(const Vec3& direction) {
 template <KernelProfile profile>
 void Kernel<profile>::add_surface_emission(const SurfaceHit& hit, const SurfaceBinding& binding, const Vec3& direction,
                                            float distance, const Color& emission) {
-  if (is_black(emission)) return;
+  if (is_black(emission) || !meets(scene_.emission_links(hit.instance))) return;
   float weight = 1.0f;
   if (last_.weighed && binding.samples_emission) {
     const LightIndex light = scene_.light_at(hit);
@@ -92,21 +95,39 @@ void Kernel<profile>::add_surface_emission(const SurfaceHit& hit, const SurfaceB
   add_met(throughput_ * emission * weight, LightSource::surface, scene_.instance(hit.instance).light_group);
 }
 
+/// What the scattered ray meets of lights with shadow linking.
 template <KernelProfile profile>
-Color Kernel<profile>::visibility(const Ray& ray) {
+void Kernel<profile>::add_shadow_linked(const Ray& ray) {
+  for_each_shadow_linked(scene_, ray, last_.instance, path_counts(), [&](const LinkedLightPoint& met) {
+    float weight = 1.0f;
+    if (met.traits) {
+      if (bounces_.total - 1 > met.traits->max_bounces) return;
+      weight = emission_weight(met.light, ray.direction, met.distance_m, met.uv, *met.traits);
+    }
+    if (!(weight > 0.0f)) return;
+    const Color seen = throughput_ * met.radiance * visibility(met.shadow, met.linked.blockers);
+    if (!is_black(seen)) add_met(seen * weight, met.source, met.group);
+  });
+}
+
+template <KernelProfile profile>
+Color Kernel<profile>::visibility(const Ray& ray, uint8_t blockers) {
   ++counts_.rays;
   PathCounts counts = path_counts();
   counts.ray_kind = k_ray_shadow;
   ++counts.depth;
-  return segment_transmittance<k_transparency>(scene_, ray, counts, settings_.bounces.transparent);
+  return segment_transmittance<k_transparency>(scene_, ray, counts, settings_.bounces.transparent, nullptr, blockers);
 }
 
 template <KernelProfile profile>
 void Kernel<profile>::next_event(const ShadingPoint& point, const SurfaceHit& hit, const Bsdf& bsdf,
                                  const Vec3& receiver_normal, const EventNumbers& numbers) {
   const LightSet& lights = scene_.lights();
-  const LightSample light = lights.sample(hit.p_world, receiver_normal, numbers.light, k_even_world);
-  if (!light || !(light.pdf_solid_angle > 0.0f) || bounces_.total > light.traits->max_bounces) return;
+  const LightSample light =
+      lights.sample(hit.p_world, receiver_normal, numbers.light, scene_.light_choices(hit.instance, k_even_world));
+  if (!light || !(light.pdf_solid_angle > 0.0f) || bounces_.total > light.traits->max_bounces ||
+      !scene_.reaches(light.traits->linked.receivers, hit.instance))
+    return;
   BsdfEval scattered = bsdf.eval(point.wi_world, light.direction_world, Transport::radiance, ReversePdf::no);
   if (light.traits->hidden_from & k_visible_scattered)
     scattered.f_cos *= share_that_sees(bsdf, point.wi_world, light.direction_world, light.traits->hidden_from,
@@ -125,7 +146,7 @@ void Kernel<profile>::next_event(const ShadingPoint& point, const SurfaceHit& hi
       if (numbers.shadow_roulette >= survival) return;
       contribution /= survival;
     }
-    contribution *= visibility(shadow_ray(scene_, hit, light));
+    contribution *= visibility(shadow_ray(scene_, hit, light), light.traits->linked.blockers);
   }
   const Color added = add(contribution, bounces_.total > 0);
   if (passes_ && !is_black(added))
@@ -212,7 +233,8 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
         u_roulette = exit_numbers.roulette;
       }
       if (!(scattered.event & k_scatter_transparent)) {
-        last_ = {hit.p_world, scattered_normal, scattered.pdf_solid_angle, !(scattered.event & k_scatter_delta)};
+        last_ = {hit.p_world, scattered_normal, scattered.pdf_solid_angle, !(scattered.event & k_scatter_delta),
+                 hit.instance};
         if (passes_) passes_->scattered(bsdf, point.wi_world, scattered);
       }
     }
@@ -238,6 +260,7 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
     ray =
         ray_from_surface(hit.p_world, hit.p_error, hit.ng_world, scattered.wo_world, bounces_.ray_kind & k_visible_all);
     ray.t_max = t_max;
+    if (scene_.profile().shadow_linking && !(scattered.event & k_scatter_transparent)) add_shadow_linked(ray);
   }
   return estimate_;
 }

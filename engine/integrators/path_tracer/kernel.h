@@ -4,6 +4,7 @@
 #include "engine/integrators/integrator.h"
 #include "engine/integrators/passes.h"
 #include "engine/path/bounces.h"
+#include "engine/path/linked_light.h"
 #include "engine/path/mis.h"
 #include "engine/path/surface.h"
 #include "engine/path/transmittance.h"
@@ -33,6 +34,7 @@ class Kernel {
     Vec3 p_world{0.0f}, receiver_normal{0.0f};
     float pdf_solid_angle = 0.0f;
     bool weighed = false;  ///< next event could have found the same light: false at the camera and after delta lobes
+    uint32_t instance = k_no_index;
   };
 
   /// Adds what is left of a contribution after clamping, and returns it.
@@ -46,7 +48,12 @@ class Kernel {
                             const Color& emission);
   void next_event(const ShadingPoint& point, const SurfaceHit& hit, const Bsdf& bsdf, const Vec3& receiver_normal,
                   const EventNumbers& numbers);
-  Color visibility(const Ray& ray);
+  void add_shadow_linked(const Ray& ray);
+  /// Whether light that the ray meets counts there (light linking).
+  bool meets(LinkSets linked) const {
+    return meets_linked(scene_, linked, (bounces_.ray_kind & k_ray_camera) != 0, last_.instance);
+  }
+  Color visibility(const Ray& ray, uint8_t blockers);
   PathCounts path_counts() const {
     return {bounces_.ray_kind, bounces_.total,        bounces_.diffuse,
             bounces_.glossy,   bounces_.transmission, bounces_.transparent};

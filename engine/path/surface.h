@@ -12,7 +12,8 @@ inline constexpr float k_camera_least_share = 0.125f;
 /// sends light through the surface, so that lights on both sides matter.
 inline Vec3 light_receiver_normal(const Bsdf& bsdf, const Vec3& ng_world) {
   for (const Lobe& lobe : bsdf.lobes())
-    if (lobe.kind == LobeKind::translucent || lobe.kind == LobeKind::refraction || lobe.kind == LobeKind::glass)
+    if (lobe.kind == LobeKind::translucent || lobe.kind == LobeKind::rough_translucent ||
+        lobe.kind == LobeKind::refraction || lobe.kind == LobeKind::glass || lobe.kind == LobeKind::thin_transmission)
       return Vec3(0.0f);
   return ng_world;
 }

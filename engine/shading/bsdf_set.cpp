@@ -8,6 +8,8 @@ namespace {
 
 // Weights below this are dropped, as in Cycles (CLOSURE_WEIGHT_CUTOFF).
 constexpr float k_weight_cutoff = 1e-5f;
+// Glass whose index differs by less than this from 1, and that has a film, is given this difference.
+constexpr float k_least_bend = 2e-4f;
 
 // Finite and not negative; `changed` is set if it was not.
 float sane(float x, float low, float high, float otherwise) {
@@ -143,20 +145,31 @@ Lobe Bsdf::sanitized(const Lobe& given) {
                                  : 1.0f,
                     0.0f);
   lobe.eta = sane(lobe.eta, 1e-5f, 1e5f, 1.0f);
-  lobe.f0 = sane_color(lobe.f0, 1.0f);
-  lobe.f90 = sane_color(lobe.f90, subsurface ? 1e30f : 1.0f);
+  const bool conductor = lobe.fresnel == FresnelMode::film_conductor;
+  lobe.f0 = sane_color(lobe.f0, conductor ? k_most_conductor_index : 1.0f);
+  lobe.f90 = sane_color(lobe.f90, subsurface ? 1e30f : conductor ? k_most_conductor_index : 1.0f);
+  lobe.film_nm = sane(lobe.film_nm, 0.0f, 1e9f, 0.0f);
+  lobe.film_eta = sane(lobe.film_eta, k_least_film_eta, k_most_film_eta, 1.0f);
   if (!is_finite(lobe.n) || length_squared(lobe.n) < 0.25f)
     lobe.n = Vec3(0.0f);  // add_sanitized() puts ns in its place
   if (!is_finite(lobe.tangent)) lobe.tangent = Vec3(0.0f);
   if (is_microfacet(lobe.kind)) {
+    // A film over what has the index of this side: the film reflects, so that this stays glass, with next to no bend.
+    if (lobe.fresnel == FresnelMode::film_dielectric && lobe.kind == LobeKind::glass &&
+        std::fabs(lobe.eta - 1.0f) < k_least_bend)
+      lobe.eta = 1.0f + k_least_bend;
     // Transmission without a change of index goes straight on, whatever the roughness: the lobe narrows to a delta.
-    if (lobe.kind != LobeKind::reflection && std::fabs(lobe.eta - 1.0f) < 1e-4f) {
+    if ((lobe.kind == LobeKind::refraction || lobe.kind == LobeKind::glass) && std::fabs(lobe.eta - 1.0f) < 1e-4f) {
       if (lobe.kind == LobeKind::glass) {
         lobe.weight *= lobe.f90;
         lobe.kind = LobeKind::refraction;
         lobe.energy_compensation = false;
       }
       lobe.alpha_x = lobe.alpha_y = 0.0f;
+    }
+    if (is_delta(lobe) && lobe.kind == LobeKind::thin_transmission) {
+      lobe.kind = LobeKind::transparent;
+      return lobe;
     }
     if (!is_delta(lobe)) {
       lobe.alpha_x = std::max(lobe.alpha_x, k_delta_alpha);
@@ -176,6 +189,7 @@ void Bsdf::drop_glossy(bool reflection, bool refraction) {
       case LobeKind::reflection:
         return reflection;
       case LobeKind::refraction:
+      case LobeKind::thin_transmission:
         return refraction;
       case LobeKind::glass:
         return reflection && refraction;
@@ -391,15 +405,16 @@ BsdfEval Bsdf::eval_delta(int index, const Vec3& wi_world, const Vec3& wo_world,
   const bool reflects = cos_wo > 0.0f;
   if (!(cos_wi > 0.0f) || (reflects ? lobe.kind == LobeKind::refraction : lobe.kind == LobeKind::reflection))
     return result;
-  float prob_direction = 1.0f;
+  float prob_direction = 1.0f, prob_back = 1.0f;
   if (lobe.kind == LobeKind::glass) {
-    const float reflected = glass_prob_reflect(lobe, fresnel_dielectric(cos_wi, lobe.eta));
-    prob_direction = reflects ? reflected : 1.0f - reflected;
+    const GlassFacet facet(lobe, cos_wi, lobe.eta);
+    prob_direction = prob_back = reflects ? facet.prob_reflect : facet.prob_transmit;
+    if (!reflects) prob_back = prob_transmit_reversed(lobe, prob_direction, cos_wo);
   }
   const float factor = adjoint(ng_world_, wi_world, wo_world, transport);
   result.f_cos = lobe.weight * delta_value(lobe, cos_wi, cos_wo, transport == Transport::radiance) * factor;
   result.pdf_solid_angle = prob * prob_direction;
-  result.pdf_reverse_solid_angle = prob_reverse * prob_direction;
+  result.pdf_reverse_solid_angle = prob_reverse * prob_back;
   if (!is_finite(result.f_cos)) return BsdfEval{};
   return result;
 }
@@ -454,10 +469,9 @@ Color Bsdf::class_albedo(LobeClass lobe_class, const Vec3& wi_world) const {
     if (lobe.kind == LobeKind::transparent) continue;
     const float cos_view = dot(lobe.n, wi_world);
     if (lobe.kind == LobeKind::glass && lobe_class != LobeClass::diffuse) {
-      const float reflected = fresnel_dielectric(std::fabs(cos_view), cos_view > 0.0f ? lobe.eta : 1.0f / lobe.eta);
-      sum += lobe.weight * (lobe_class == LobeClass::glossy ? lobe.f0 * reflected : lobe.f90 * (1.0f - reflected));
-    } else if (class_of(lobe.kind, lobe.kind == LobeKind::refraction || lobe.kind == LobeKind::hair_transmission) ==
-               lobe_class) {
+      const GlassFacet facet(lobe, std::fabs(cos_view), cos_view > 0.0f ? lobe.eta : 1.0f / lobe.eta);
+      sum += lobe.weight * (lobe_class == LobeClass::glossy ? facet.reflected : facet.transmitted);
+    } else if (class_of(lobe.kind, transmits_alone(lobe.kind)) == lobe_class) {
       sum += lobe.weight * lobe_albedo(lobe, cos_view);
     }
   }

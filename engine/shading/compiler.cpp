@@ -341,6 +341,7 @@ void Compiler::add_closure(ClosureUse use, const Value& weight, const std::vecto
          expressions_.is_constant(parameters[parameters.size() - 3]) && values[parameters.size() - 1] == 0.0f &&
          values[parameters.size() - 2] == 0.0f && values[parameters.size() - 3] == 0.0f));
   const bool transparent = use.kind == ClosureKind::transparent;
+  use.may_be_transparent |= transparent;
   const int amount = use.kind == ClosureKind::principled_1   ? 3
                      : use.kind == ClosureKind::principled_2 ? 7
                                                              : -1;  // parameter that subsurface lobes need
@@ -353,12 +354,12 @@ void Compiler::add_closure(ClosureUse use, const Value& weight, const std::vecto
   std::vector<Value> operands{weight};
   operands.insert(operands.end(), normals.begin(), normals.end());
   operands.insert(operands.end(), parameters.begin(), parameters.end());
+  program_->traits.may_be_transparent |= use.may_be_transparent;
+  if (use.may_be_transparent) transparency_.push_back({index, operands});
   program_->closures.push_back(std::move(use));
   surface_.push_back({index, operands});
   if (emits) emission_.push_back({index, operands});
-  if (transparent) transparency_.push_back({index, operands});
   program_->traits.emits |= emits;
-  program_->traits.may_be_transparent |= transparent;
   program_->traits.scatters |= !transparent && program_->closures.back().kind != ClosureKind::emission &&
                                program_->closures.back().kind != ClosureKind::holdout;
 }

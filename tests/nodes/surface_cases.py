@@ -130,6 +130,16 @@ def add_simple_shaders():
         add_shader("BsdfHairPrincipled", parametrization, parametrization=parametrization)
     for falloff in items("SubsurfaceScattering", "falloff"):
         add_shader("SubsurfaceScattering", falloff, {"Color": k_blue, "Scale": 0.2}, falloff=falloff)
+    for kind in ("BsdfGlass", "BsdfMetallic"):
+        if not hasattr(bpy.types, "ShaderNode" + kind) or "Thin Film Thickness" not in shader_inputs(kind):
+            continue
+        for fresnel in items(kind, "fresnel_type") or (None,):
+            for thickness, index in ((400.0, 1.33), (1500.0, 1.8), (0.5, 1.5)):
+                add_shader(kind, " ".join(filter(None, (fresnel, f"film {thickness} {index}"))),
+                           {"Roughness": 0.2, "Thin Film Thickness": thickness, "Thin Film IOR": index},
+                           distribution="GGX", **({"fresnel_type": fresnel} if fresnel else {}))  # fmt: skip
+    if hasattr(bpy.types, "ShaderNodeBsdfGlass") and "Thin Film Thickness" in shader_inputs("BsdfGlass"):
+        add_shader("BsdfGlass", "film of a bubble", {"IOR": 1.0, "Thin Film Thickness": 350.0})
     for fresnel in items("BsdfMetallic", "fresnel_type"):
         for distribution in items("BsdfMetallic", "distribution"):
             add_shader("BsdfMetallic", f"{fresnel} {distribution}", {"Roughness": 0.3}, fresnel_type=fresnel,
@@ -205,7 +215,14 @@ def add_principled():
         sets["diffuse roughness"] = {"Diffuse Roughness": 0.8}
         sets["thin film"] = {"Thin Film Thickness": 400.0, "Roughness": 0.2}
         sets["thin film metal"] = {"Thin Film Thickness": 400.0, "Metallic": 1.0, "Roughness": 0.2}
+        sets["thin film glass"] = {"Thin Film Thickness": 300.0, "Transmission Weight": 1.0, "Roughness": 0.1}
         sets["thin wall"] = {"Thin Wall": True, "Transmission Weight": 0.8}
+        sets["thin wall, rough"] = {"Thin Wall": True, "Transmission Weight": 1.0, "Roughness": 0.3}
+        sets["thin wall, smooth"] = {"Thin Wall": True, "Transmission Weight": 1.0, "Roughness": 0.0}
+        sets["thin wall, film"] = {"Thin Wall": True, "Transmission Weight": 1.0, "Roughness": 0.3,
+                                   "Thin Film Thickness": 400.0}  # fmt: skip
+        sets["thin wall, subsurface"] = {"Thin Wall": True, "Subsurface Weight": 0.8, "Subsurface Anisotropy": 0.4}
+        sets["thin wall, rough subsurface"] = {"Thin Wall": True, "Subsurface Weight": 0.8, "Diffuse Roughness": 0.6}
     else:
         sets["tinted specular"] = {"Specular Tint": 1.0, "Roughness": 0.2}
         sets["rough transmission"] = {"Transmission": 1.0, "Roughness": 0.1, "Transmission Roughness": 0.3}

@@ -8,6 +8,10 @@ namespace lambent {
 /// Share of the samples, at what the camera sees directly, for each lobe (Cycles: defensive sampling, the same share).
 inline constexpr float k_camera_least_share = 0.125f;
 
+/// A portal to a place nearer than the root of this, m², to where the ray met it leaves the ray's origin alone (Cycles'
+/// number).
+inline constexpr float k_portal_moves_m2 = 1e-9f;
+
 /// The normal that lights are chosen for (LightSet, "receivers"): the geometric one on wi's side, or zero if some lobe
 /// sends light through the surface, so that lights on both sides matter.
 inline Vec3 light_receiver_normal(const Bsdf& bsdf, const Vec3& ng_world) {

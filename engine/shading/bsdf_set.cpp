@@ -55,6 +55,7 @@ float adjoint(const Vec3& ng, const Vec3& wi, const Vec3& wo, Transport transpor
 
 uint8_t event_of(const Lobe& lobe, bool transmitted) {
   if (lobe.kind == LobeKind::transparent) return k_scatter_transparent | k_scatter_delta;
+  if (lobe.kind == LobeKind::portal) return k_scatter_portal | k_scatter_transparent | k_scatter_delta;
   if (lobe.kind == LobeKind::subsurface) return k_scatter_subsurface | k_scatter_delta;
   uint8_t event = is_diffuse(lobe.kind) ? k_scatter_diffuse : k_scatter_glossy;
   if (transmitted) event |= k_scatter_transmission;
@@ -227,6 +228,7 @@ void Bsdf::drop_subsurface_after_diffuse() {
 void Bsdf::add_sanitized(const Lobe& given) {
   if (!(average(given.weight) >= k_weight_cutoff)) return;
   shares_wi_world_ = Vec3(0.0f);
+  if (given.kind == LobeKind::portal) transparency_ += given.weight;
   if (given.kind == LobeKind::transparent) {
     transparency_ += given.weight;
     for (int i = 0; i < count_; ++i)
@@ -241,7 +243,8 @@ void Bsdf::add_sanitized(const Lobe& given) {
     for (int i = 0; i < count_ && !diffuse; ++i)
       if (lobes_[i].kind == LobeKind::diffuse) diffuse = &lobes_[i];
     if (!diffuse) {
-      if (lobes_[count_ - 1].kind == LobeKind::transparent) std::swap(lobes_[count_ - 2], lobes_[count_ - 1]);
+      if (is_delta(lobes_[count_ - 1]) && !is_microfacet(lobes_[count_ - 1].kind))
+        std::swap(lobes_[count_ - 2], lobes_[count_ - 1]);
       diffuse = &lobes_[count_ - 1];
       diffuse->kind = LobeKind::diffuse;
       has_non_delta_ = true;
@@ -347,6 +350,15 @@ BsdfSample Bsdf::sample(const Vec3& wi_world, float u_choice, const Vec2& u_all,
     result.lobe = picked;
     return result;
   }
+  if (lobe.kind == LobeKind::portal) {
+    result.wo_world = lobe.n;
+    result.weight = lobe.weight * (1.0f / prob);
+    result.pdf_solid_angle = prob;
+    result.event = event_of(lobe, true);
+    result.roughness = 0.0f;
+    result.lobe = picked;
+    return result;
+  }
   const Frame frame = lobe_frame(lobe);
   const LobeSample sampled = sample_lobe(lobe, frame.to_local(wi_world), u_choice, u, camera_is_wi);
   if (!sampled.valid) return result;
@@ -388,7 +400,8 @@ BsdfSample Bsdf::sample(const Vec3& wi_world, float u_choice, const Vec2& u_all,
 
 BsdfEval Bsdf::eval_delta(int index, const Vec3& wi_world, const Vec3& wo_world, Transport transport) const {
   BsdfEval result;
-  if (index < 0 || index >= count_ || !is_delta(lobes_[index]) || lobes_[index].kind == LobeKind::subsurface)
+  if (index < 0 || index >= count_ || !is_delta(lobes_[index]) || lobes_[index].kind == LobeKind::subsurface ||
+      lobes_[index].kind == LobeKind::portal)
     return result;
   const Lobe& lobe = lobes_[index];
   const Shares& selected = shares(wi_world);
@@ -466,7 +479,7 @@ Color Bsdf::class_albedo(LobeClass lobe_class, const Vec3& wi_world) const {
   Color sum(0.0f);
   for (int i = 0; i < count_; ++i) {
     const Lobe& lobe = lobes_[i];
-    if (lobe.kind == LobeKind::transparent) continue;
+    if (lobe.kind == LobeKind::transparent || lobe.kind == LobeKind::portal) continue;
     const float cos_view = dot(lobe.n, wi_world);
     if (lobe.kind == LobeKind::glass && lobe_class != LobeClass::diffuse) {
       const GlassFacet facet(lobe, std::fabs(cos_view), cos_view > 0.0f ? lobe.eta : 1.0f / lobe.eta);

@@ -383,6 +383,8 @@ int closure_parameter_count(ClosureKind kind) {
       return 6;
     case ClosureKind::glass:
       return closure_parameter::k_glass_film + 2;
+    case ClosureKind::portal:
+      return closure_parameter::k_direction + 3;
     case ClosureKind::metallic:
     case ClosureKind::conductor:
       return closure_parameter::k_metal_film + 2;
@@ -447,6 +449,13 @@ void make_lobes(ClosureKind kind, GlossModel model, const float* raw, bool backf
     case ClosureKind::transparent:
       templates.add(LobeKind::transparent, color);
       break;
+    case ClosureKind::portal: {
+      Lobe& lobe = templates.add(LobeKind::portal, color);
+      lobe.param = p[k_place + 3] != 0.0f;
+      lobe.tangent = Vec3(p[k_place], p[k_place + 1], p[k_place + 2]);
+      lobe.n = normalize(Vec3(p[k_direction], p[k_direction + 1], p[k_direction + 2]));
+      break;
+    }
     case ClosureKind::velvet:
       templates.add(LobeKind::velvet, color).param = clamp01(p[k_roughness]);
       break;

@@ -16,6 +16,7 @@ enum class ClosureKind : uint8_t {
   refraction,
   translucent,
   transparent,
+  portal,
   velvet,
   sheen,
   toon,
@@ -51,6 +52,8 @@ inline constexpr int k_rotation = 5;            // glossy, metallic
 inline constexpr int k_edge_tint = 6;           // metallic
 inline constexpr int k_extinction = 6;          // conductor, whose colour is its index
 inline constexpr int k_metal_film = 9;          // metallic, conductor: as k_glass_film
+inline constexpr int k_place = 3;               // portal: user's world position, and 1 if there is one
+inline constexpr int k_direction = 7;           // portal: zero: straight on
 inline constexpr int k_radius = 3;              // subsurface: by channel, m
 inline constexpr int k_scatter = 6;             // subsurface: anisotropy, index, roughness and SubsurfaceRules
 }  // namespace closure_parameter

@@ -233,6 +233,15 @@ void toon(Compiler& c, int n, const Value& w) {
          Parameters(c, n).color("Color", Color(0.8f)).number("Size", 0.5f).number("Smooth", 0.0f));
 }
 
+void portal(Compiler& c, int n, const Value& w) {
+  ClosureUse use{};
+  use.kind = ClosureKind::portal;
+  Parameters p(c, n);
+  p.color("Color", Color(1.0f)).value(c.vector(n, "Position", Vec3(0.0f), 0));
+  p.constant(c.is_linked(n, "Position") ? 1.0f : 0.0f).value(c.vector(n, "Direction", Vec3(0.0f), 0));
+  c.add_closure(use, w, {}, p.values());
+}
+
 // On meshes the hair lies along the bitangent, without tilt, unless a tangent is given.
 void hair(Compiler& compiler, int node, const Value& weight) {
   ClosureUse use{};
@@ -312,6 +321,7 @@ const std::map<std::string, ClosureNode>& closure_nodes() {
        }},
       {"SubsurfaceScattering", subsurface},
       {"BsdfToon", toon},
+      {"BsdfRayPortal", portal},
       {"BsdfHair", hair},
       {"Holdout",
        [](Compiler& c, int n, const Value& w) {
@@ -335,11 +345,6 @@ const std::map<std::string, ClosureNode>& stand_ins() {
   static const std::map<std::string, ClosureNode> nodes{
       {"BsdfHairPrincipled",
        [](Compiler& c, int n, const Value& w) { diffuse_stand_in(c, n, w, "it is rendered as diffuse reflection"); }},
-      {"BsdfRayPortal",
-       [](Compiler& c, int n, const Value& w) {
-         c.warn_unsupported(n, "it is rendered as transparent");
-         add_transparent(c, n, c.color(n, "Color", Color(1.0f), 0), w);
-       }},
       {"EeveeSpecular",
        [](Compiler& c, int n, const Value& w) {
          c.warn_unsupported(n, "it is rendered as diffuse reflection of its base colour");

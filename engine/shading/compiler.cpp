@@ -348,6 +348,7 @@ void Compiler::add_closure(ClosureUse use, const Value& weight, const std::vecto
   const bool subsurface = use.kind == ClosureKind::subsurface ||
                           (amount >= 0 && !expressions_.is_number(parameters[static_cast<size_t>(amount)], 0.0f));
   program_->traits.holdout |= use.kind == ClosureKind::holdout;
+  program_->traits.portal |= use.kind == ClosureKind::portal;
   program_->traits.subsurface |= subsurface;
   program_->traits.subsurface_normal |= subsurface && use.has_normal;
   const auto index = static_cast<uint32_t>(program_->closures.size());
@@ -423,6 +424,10 @@ std::shared_ptr<const Program> Compiler::finish() {
                              : follows(405)              ? BumpShadowing::masking
                                                          : BumpShadowing::cubic;
   program_->correlated_masking = follows(305);
+  if (traits.portal) {  // What is behind shines through the other closures to the camera, but no light comes that way
+    transparency_.clear();
+    traits.may_be_transparent = false;
+  }
   // Constants need no code: their lobes are ready.
   for (auto* list : {&surface_})
     for (Expressions::Closure& closure : *list) {

@@ -34,6 +34,7 @@ enum class LobeKind : uint8_t {
   rough_translucent,  ///< oren_nayar through the surface, towards the mirror image of where it would reflect
   translucent,        ///< Lambert through the surface
   transparent,        ///< straight on
+  portal,             ///< on from elsewhere: `n` the direction there, `tangent` the place, both in world space
   glossy_toon,        ///< the same around the mirrored view
   hair_reflection,    ///< a cylinder along the tangent (Marschner et al. 2003, simplified): alpha_x along, alpha_y
                       ///< around, `param` the cuticle's tilt, radians

@@ -29,7 +29,7 @@ struct LobeSample {
 
 inline bool is_microfacet(LobeKind kind) { return kind >= LobeKind::reflection; }
 inline bool is_delta(const Lobe& lobe) {
-  return lobe.kind == LobeKind::transparent || lobe.kind == LobeKind::subsurface ||
+  return lobe.kind == LobeKind::transparent || lobe.kind == LobeKind::portal || lobe.kind == LobeKind::subsurface ||
          (is_microfacet(lobe.kind) && lobe.alpha_x * lobe.alpha_y <= k_delta_alpha * k_delta_alpha);
 }
 inline bool is_diffuse(LobeKind kind) { return kind <= LobeKind::translucent; }
@@ -238,6 +238,7 @@ inline Color lobe_albedo(const Lobe& lobe, float cos_view) {
     case LobeKind::rough_translucent:
     case LobeKind::translucent:
     case LobeKind::transparent:
+    case LobeKind::portal:
     case LobeKind::glossy_toon:
     case LobeKind::hair_reflection:
     case LobeKind::hair_transmission:

@@ -67,6 +67,12 @@ void add_closure(const ProgramData& program, const Instruction& instruction, con
       Lobe lobe = entry.lobe;
       lobe.weight *= weight;
       lobe.correlated_masking = program.correlated_masking;
+      if (lobe.kind == LobeKind::portal) {
+        lobe.tangent = lobe.param != 0.0f ? lobe.tangent - point.origin_shift : point.p_world;
+        if (length_squared(lobe.n) == 0.0f) lobe.n = point.wi_world * -1.0f;
+        sink.bsdf.add_sanitized(Bsdf::sanitized(lobe));
+        continue;
+      }
       lobe.n = entry.coat ? coat_normal : n;
       if (is_diffuse(lobe.kind) && (!looks_away || lobe.kind == LobeKind::diffuse)) lobe.n = diffuse_normal;
       if (entry.anisotropic)

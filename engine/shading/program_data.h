@@ -98,6 +98,7 @@ enum class Op : uint8_t {
   white_noise,          // v; variant: dimensions
   checker,
   gradient,
+  radial_tiling,
   sky,  // v(direction); data: table
   ies,  // f(direction); data: table
   // Closures

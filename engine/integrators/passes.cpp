@@ -418,7 +418,7 @@ void PassRecorder::first_surface(const PassPlan::Pass& pass, const SurfaceHit& h
   const auto mean_normal = [&] {
     Vec3 sum(0.0f);
     for (const Lobe& lobe : bsdf.lobes())
-      if (lobe.kind != LobeKind::transparent) sum += lobe.n * average(lobe.weight);
+      if (lobe.kind != LobeKind::transparent && lobe.kind != LobeKind::portal) sum += lobe.n * average(lobe.weight);
     const Vec3 n = normalize(sum);
     return length_squared(n) > 0.0f && is_finite(n) ? n : point.ns_world;
   };

@@ -184,8 +184,8 @@ void LightWalk::trace(const Sampler& sampler, float time) {
     const BsdfSample sampled =
         vertex.bsdf.sample(vertex.wi_world, u_lobe, sampler.get_2d(light_bounce_dimension(base, k_dimension_direction)),
                            Transport::importance);
-    // Light that goes under the surface is found by camera walks alone.
-    if (sampled.event == k_scatter_none || (sampled.event & k_scatter_subsurface)) return;
+    // Light that goes under the surface or through a portal is found by camera walks alone.
+    if (sampled.event == k_scatter_none || (sampled.event & (k_scatter_subsurface | k_scatter_portal))) return;
     const uint32_t visible = mask_at(2);
     if (sampled.event & k_scatter_transparent) {
       if (passes) return;  // counted above, for all of the light

@@ -8,11 +8,22 @@ namespace lambent {
 /// Share of the samples, at what the camera sees directly, for each lobe (Cycles: defensive sampling, the same share).
 inline constexpr float k_camera_least_share = 0.125f;
 
+/// Where rays go on that a portal's lobe sends away.
+inline const Vec3& portal_exit(const Lobe& lobe) { return lobe.tangent; }
+/// The place that a ray from `p_world`, the portal's, starts from: its exit, unless that is the same place (Cycles'
+/// number).
+inline Vec3 start_beyond_portal(const Lobe& lobe, const Vec3& p_world, const Vec3& start_at_surface) {
+  constexpr float k_least_distance_squared_m2 = 1e-9f;
+  return length_squared(portal_exit(lobe) - p_world) > k_least_distance_squared_m2 ? portal_exit(lobe)
+                                                                                   : start_at_surface;
+}
+
 /// The normal that lights are chosen for (LightSet, "receivers"): the geometric one on wi's side, or zero if some lobe
 /// sends light through the surface, so that lights on both sides matter.
 inline Vec3 light_receiver_normal(const Bsdf& bsdf, const Vec3& ng_world) {
   for (const Lobe& lobe : bsdf.lobes())
-    if (lobe.kind == LobeKind::translucent || lobe.kind == LobeKind::refraction || lobe.kind == LobeKind::glass)
+    if (lobe.kind == LobeKind::translucent || lobe.kind == LobeKind::rough_translucent ||
+        lobe.kind == LobeKind::refraction || lobe.kind == LobeKind::glass || lobe.kind == LobeKind::thin_transmission)
       return Vec3(0.0f);
   return ng_world;
 }

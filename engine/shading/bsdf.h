@@ -26,6 +26,7 @@ enum ScatterEvent : uint8_t {
   k_scatter_delta = 8,         ///< probability, not density
   k_scatter_transparent = 16,  ///< goes straight on: not counted as a bounce
   k_scatter_subsurface = 32,   ///< goes in, and on from where a walk under the surface comes out: no bounce by itself
+  k_scatter_portal = 64,       ///< goes on from Lobe::tangent; comes with k_scatter_transparent, whose limit it shares
 };
 
 /// Value of all non-delta lobes for a pair of directions.
@@ -70,7 +71,8 @@ struct ClassShares {
 inline constexpr int k_max_lobes = 12;
 
 /// The lobes of one shading point: class Bsdf in bsdf_set.h; the kinds of lobe and their parameters: lobe.h.
-/// Transparent closures are lobes too: sampled with event k_scatter_transparent | k_scatter_delta.
+/// Transparent closures are lobes too: sampled with event k_scatter_transparent | k_scatter_delta. Portals add
+/// k_scatter_portal; light does not come back through them (reverse probability 0).
 class Bsdf;
 
 }  // namespace lambent

@@ -8,6 +8,8 @@ namespace {
 
 // Weights below this are dropped, as in Cycles (CLOSURE_WEIGHT_CUTOFF).
 constexpr float k_weight_cutoff = 1e-5f;
+// Glass whose index differs by less than this from 1, and that has a film, is given this difference.
+constexpr float k_least_bend = 2e-4f;
 
 // Finite and not negative; `changed` is set if it was not.
 float sane(float x, float low, float high, float otherwise) {
@@ -53,6 +55,7 @@ float adjoint(const Vec3& ng, const Vec3& wi, const Vec3& wo, Transport transpor
 
 uint8_t event_of(const Lobe& lobe, bool transmitted) {
   if (lobe.kind == LobeKind::transparent) return k_scatter_transparent | k_scatter_delta;
+  if (lobe.kind == LobeKind::portal) return k_scatter_portal | k_scatter_transparent | k_scatter_delta;
   if (lobe.kind == LobeKind::subsurface) return k_scatter_subsurface | k_scatter_delta;
   uint8_t event = is_diffuse(lobe.kind) ? k_scatter_diffuse : k_scatter_glossy;
   if (transmitted) event |= k_scatter_transmission;
@@ -143,20 +146,31 @@ Lobe Bsdf::sanitized(const Lobe& given) {
                                  : 1.0f,
                     0.0f);
   lobe.eta = sane(lobe.eta, 1e-5f, 1e5f, 1.0f);
-  lobe.f0 = sane_color(lobe.f0, 1.0f);
-  lobe.f90 = sane_color(lobe.f90, subsurface ? 1e30f : 1.0f);
+  const bool conductor = lobe.fresnel == FresnelMode::film_conductor;
+  lobe.f0 = sane_color(lobe.f0, conductor ? k_most_conductor_index : 1.0f);
+  lobe.f90 = sane_color(lobe.f90, subsurface ? 1e30f : conductor ? k_most_conductor_index : 1.0f);
+  lobe.film_nm = sane(lobe.film_nm, 0.0f, 1e9f, 0.0f);
+  lobe.film_eta = sane(lobe.film_eta, k_least_film_eta, k_most_film_eta, 1.0f);
   if (!is_finite(lobe.n) || length_squared(lobe.n) < 0.25f)
     lobe.n = Vec3(0.0f);  // add_sanitized() puts ns in its place
   if (!is_finite(lobe.tangent)) lobe.tangent = Vec3(0.0f);
   if (is_microfacet(lobe.kind)) {
+    // A film over what has the index of this side: the film reflects, so that this stays glass, with next to no bend.
+    if (lobe.fresnel == FresnelMode::film_dielectric && lobe.kind == LobeKind::glass &&
+        std::fabs(lobe.eta - 1.0f) < k_least_bend)
+      lobe.eta = 1.0f + k_least_bend;
     // Transmission without a change of index goes straight on, whatever the roughness: the lobe narrows to a delta.
-    if (lobe.kind != LobeKind::reflection && std::fabs(lobe.eta - 1.0f) < 1e-4f) {
+    if ((lobe.kind == LobeKind::refraction || lobe.kind == LobeKind::glass) && std::fabs(lobe.eta - 1.0f) < 1e-4f) {
       if (lobe.kind == LobeKind::glass) {
         lobe.weight *= lobe.f90;
         lobe.kind = LobeKind::refraction;
         lobe.energy_compensation = false;
       }
       lobe.alpha_x = lobe.alpha_y = 0.0f;
+    }
+    if (is_delta(lobe) && lobe.kind == LobeKind::thin_transmission) {
+      lobe.kind = LobeKind::transparent;
+      return lobe;
     }
     if (!is_delta(lobe)) {
       lobe.alpha_x = std::max(lobe.alpha_x, k_delta_alpha);
@@ -176,6 +190,7 @@ void Bsdf::drop_glossy(bool reflection, bool refraction) {
       case LobeKind::reflection:
         return reflection;
       case LobeKind::refraction:
+      case LobeKind::thin_transmission:
         return refraction;
       case LobeKind::glass:
         return reflection && refraction;
@@ -213,6 +228,7 @@ void Bsdf::drop_subsurface_after_diffuse() {
 void Bsdf::add_sanitized(const Lobe& given) {
   if (!(average(given.weight) >= k_weight_cutoff)) return;
   shares_wi_world_ = Vec3(0.0f);
+  if (given.kind == LobeKind::portal) transparency_ += given.weight;
   if (given.kind == LobeKind::transparent) {
     transparency_ += given.weight;
     for (int i = 0; i < count_; ++i)
@@ -227,7 +243,8 @@ void Bsdf::add_sanitized(const Lobe& given) {
     for (int i = 0; i < count_ && !diffuse; ++i)
       if (lobes_[i].kind == LobeKind::diffuse) diffuse = &lobes_[i];
     if (!diffuse) {
-      if (lobes_[count_ - 1].kind == LobeKind::transparent) std::swap(lobes_[count_ - 2], lobes_[count_ - 1]);
+      if (is_delta(lobes_[count_ - 1]) && !is_microfacet(lobes_[count_ - 1].kind))
+        std::swap(lobes_[count_ - 2], lobes_[count_ - 1]);
       diffuse = &lobes_[count_ - 1];
       diffuse->kind = LobeKind::diffuse;
       has_non_delta_ = true;
@@ -333,6 +350,15 @@ BsdfSample Bsdf::sample(const Vec3& wi_world, float u_choice, const Vec2& u_all,
     result.lobe = picked;
     return result;
   }
+  if (lobe.kind == LobeKind::portal) {
+    result.wo_world = lobe.n;
+    result.weight = lobe.weight * (1.0f / prob);
+    result.pdf_solid_angle = prob;
+    result.event = event_of(lobe, true);
+    result.roughness = 0.0f;
+    result.lobe = picked;
+    return result;
+  }
   const Frame frame = lobe_frame(lobe);
   const LobeSample sampled = sample_lobe(lobe, frame.to_local(wi_world), u_choice, u, camera_is_wi);
   if (!sampled.valid) return result;
@@ -374,7 +400,8 @@ BsdfSample Bsdf::sample(const Vec3& wi_world, float u_choice, const Vec2& u_all,
 
 BsdfEval Bsdf::eval_delta(int index, const Vec3& wi_world, const Vec3& wo_world, Transport transport) const {
   BsdfEval result;
-  if (index < 0 || index >= count_ || !is_delta(lobes_[index]) || lobes_[index].kind == LobeKind::subsurface)
+  if (index < 0 || index >= count_ || !is_delta(lobes_[index]) || lobes_[index].kind == LobeKind::subsurface ||
+      lobes_[index].kind == LobeKind::portal)
     return result;
   const Lobe& lobe = lobes_[index];
   const Shares& selected = shares(wi_world);
@@ -391,15 +418,16 @@ BsdfEval Bsdf::eval_delta(int index, const Vec3& wi_world, const Vec3& wo_world,
   const bool reflects = cos_wo > 0.0f;
   if (!(cos_wi > 0.0f) || (reflects ? lobe.kind == LobeKind::refraction : lobe.kind == LobeKind::reflection))
     return result;
-  float prob_direction = 1.0f;
+  float prob_direction = 1.0f, prob_back = 1.0f;
   if (lobe.kind == LobeKind::glass) {
-    const float reflected = glass_prob_reflect(lobe, fresnel_dielectric(cos_wi, lobe.eta));
-    prob_direction = reflects ? reflected : 1.0f - reflected;
+    const GlassFacet facet(lobe, cos_wi, lobe.eta);
+    prob_direction = prob_back = reflects ? facet.prob_reflect : facet.prob_transmit;
+    if (!reflects) prob_back = prob_transmit_reversed(lobe, prob_direction, cos_wo);
   }
   const float factor = adjoint(ng_world_, wi_world, wo_world, transport);
   result.f_cos = lobe.weight * delta_value(lobe, cos_wi, cos_wo, transport == Transport::radiance) * factor;
   result.pdf_solid_angle = prob * prob_direction;
-  result.pdf_reverse_solid_angle = prob_reverse * prob_direction;
+  result.pdf_reverse_solid_angle = prob_reverse * prob_back;
   if (!is_finite(result.f_cos)) return BsdfEval{};
   return result;
 }
@@ -451,13 +479,12 @@ Color Bsdf::class_albedo(LobeClass lobe_class, const Vec3& wi_world) const {
   Color sum(0.0f);
   for (int i = 0; i < count_; ++i) {
     const Lobe& lobe = lobes_[i];
-    if (lobe.kind == LobeKind::transparent) continue;
+    if (lobe.kind == LobeKind::transparent || lobe.kind == LobeKind::portal) continue;
     const float cos_view = dot(lobe.n, wi_world);
     if (lobe.kind == LobeKind::glass && lobe_class != LobeClass::diffuse) {
-      const float reflected = fresnel_dielectric(std::fabs(cos_view), cos_view > 0.0f ? lobe.eta : 1.0f / lobe.eta);
-      sum += lobe.weight * (lobe_class == LobeClass::glossy ? lobe.f0 * reflected : lobe.f90 * (1.0f - reflected));
-    } else if (class_of(lobe.kind, lobe.kind == LobeKind::refraction || lobe.kind == LobeKind::hair_transmission) ==
-               lobe_class) {
+      const GlassFacet facet(lobe, std::fabs(cos_view), cos_view > 0.0f ? lobe.eta : 1.0f / lobe.eta);
+      sum += lobe.weight * (lobe_class == LobeClass::glossy ? facet.reflected : facet.transmitted);
+    } else if (class_of(lobe.kind, transmits_alone(lobe.kind)) == lobe_class) {
       sum += lobe.weight * lobe_albedo(lobe, cos_view);
     }
   }

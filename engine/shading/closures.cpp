@@ -2,10 +2,12 @@
 #include "engine/shading/closures.h"
 
 #include "engine/shading/albedo_table.h"
+#include "engine/shading/bsdf_set.h"
 #include "engine/shading/fresnel.h"
 #include "engine/shading/lobe_functions.h"
 #include "engine/shading/sheen.h"
 #include "engine/shading/subsurface.h"
+#include "engine/shading/thin_film.h"
 
 namespace lambent {
 namespace {
@@ -31,14 +33,14 @@ void set_gloss(Lobe& lobe, GlossModel model, float alpha) {
   lobe.energy_compensation = model == GlossModel::multiscatter_ggx;
 }
 
-// @param compensated Cycles from 4.3 on
+// @param compensated Cycles from 4.3 on  @param through the surface instead of off it
 void add_rough_diffuse(LobeTemplates& templates, const Color& weight, const Color& albedo, float roughness,
-                       bool compensated) {
+                       bool compensated, bool through = false) {
   if (roughness < (compensated ? k_cutoff : 1e-30f)) {
-    templates.add(LobeKind::diffuse, weight);
+    templates.add(through ? LobeKind::translucent : LobeKind::diffuse, weight);
     return;
   }
-  Lobe& lobe = templates.add(LobeKind::oren_nayar, weight);
+  Lobe& lobe = templates.add(through ? LobeKind::rough_translucent : LobeKind::oren_nayar, weight);
   lobe.param = clamp01(roughness);
   lobe.energy_compensation = compensated;
   if (compensated) lobe.f0 = clamp_color(albedo, 1.0f);
@@ -69,28 +71,17 @@ void set_aspect(LobeTemplates& templates, float anisotropic, float rotation) {
 // Hue and saturation of the base colour, for tints; `luminance` weighs the channels.
 Color tint_of(const Color& base, float luminance) { return luminance > 0.0f ? base * (1.0f / luminance) : Color(1.0f); }
 
+// Gives a lobe a thin film; nothing if it is too thin to be one. @param eta of the film, from the lobe's side
+void set_film(Lobe& lobe, FresnelMode mode, float thickness_nm, float eta) {
+  if (!(thickness_nm > k_least_film_thickness_nm)) return;
+  lobe.fresnel = mode;
+  lobe.film_nm = thickness_nm;
+  lobe.film_eta = eta;
+}
+
 float seen_eta(float ior, bool backfacing) {
   const float eta = std::max(ior, 1e-5f);
   return backfacing ? 1.0f / eta : eta;
-}
-
-// Reflectance of a conductor of complex index n + ik, unpolarised (Born & Wolf, ch. 14).
-float conductor_reflectance(float cosine, float n, float k) {
-  const float c2 = cosine * cosine, s2 = 1.0f - c2;
-  const float t = n * n - k * k - s2, ab = std::sqrt(t * t + 4.0f * n * n * k * k);
-  const float a = safe_sqrt(0.5f * (ab + t));
-  const float rs = (ab + c2 - 2.0f * a * cosine) / (ab + c2 + 2.0f * a * cosine);
-  const float q = ab * c2 + s2 * s2, r = 2.0f * a * cosine * s2;
-  return 0.5f * rs * (1.0f + (q - r) / (q + r));
-}
-
-// The colours of FresnelMode::f82 for a conductor: exact at 0, at 82 and at 90 degrees.
-void fit_conductor(float n_given, float k_given, float& f0, float& tint) {
-  const float n = std::clamp(n_given, 1e-3f, 100.0f), k = std::clamp(k_given, 0.0f, 100.0f);
-  constexpr float k_cosine = 1.0f / 7.0f;
-  f0 = clamp01(conductor_reflectance(1.0f, n, k));
-  const float schlick = f0 + (1.0f - f0) * std::pow(1.0f - k_cosine, 5.0f);
-  tint = clamp01(conductor_reflectance(k_cosine, n, k) / std::max(schlick, 1e-4f));
 }
 
 struct SubsurfaceInput {
@@ -202,11 +193,59 @@ Color layer_albedo(const Color& f0, float eta, float cos_view, float roughness) 
 }
 Color layered(const Color& weight, const Color& albedo) { return weight * (1.0f - clamp01(max_component(albedo))); }
 
+// Of light that refracts into a pane and out of it again, blurred by both sides (Kulla & Conty 2017).
+float pane_alpha(float alpha, float eta) {
+  return clamp01(alpha * safe_sqrt(3.4f * (eta - 1.0f) * sqr(eta - 0.5f) / (eta * eta * eta)));
+}
+
+// A pane with parallel sides too near to each other to tell where light leaves (OpenPBR's thin-walled glass): what is
+// reflected to and fro inside is summed for the view, and given to one lobe on either side.
+void add_pane(const Principled2& p, const Color& weight, float ior, float cos_view, LobeTemplates& templates) {
+  Lobe outer;
+  outer.kind = LobeKind::reflection;
+  outer.eta = ior;
+  outer.fresnel = FresnelMode::schlick;
+  const Color tint = clamp_color(p.specular_tint, 1e30f);
+  outer.f0 = clamp_color(tint * fresnel_normal(ior), 1e30f);
+  set_film(outer, FresnelMode::film_dielectric, p.film_nm, p.film_ior);
+  outer = Bsdf::sanitized(outer);
+  const float cosine = std::clamp(cos_view, 0.0f, 1.0f);
+  const float cos2_inside = 1.0f - (1.0f - sqr(cosine)) / sqr(ior);
+  const Color r1 = facet_reflectance(outer, cosine, ior);
+  Color reflected = r1, transmitted(0.0f);
+  if (cos2_inside > 0.0f) {
+    const float inside = std::sqrt(cos2_inside);
+    Color r2 = r1;
+    if (outer.fresnel == FresnelMode::film_dielectric) {
+      Lobe inner = outer;
+      inner.eta = 1.0f / ior;
+      inner.film_eta = outer.film_eta / ior;
+      r2 = facet_reflectance(inner, inside, inner.eta);
+    }
+    // Beer's law along the way through, which base is for at normal incidence
+    const Color base = clamp_color(p.base, 1.0f);
+    for (int k = 0; k < 3; ++k) {
+      const float passed = std::pow(base[k], 1.0f / inside), again = r2[k] * passed;
+      const float rest = 1.0f - sqr(again);
+      if (!(rest > 0.0f)) continue;
+      transmitted[k] = passed * (1.0f - r1[k]) * (1.0f - r2[k]) / rest;
+      reflected[k] += transmitted[k] * again;
+    }
+  }
+  const float alpha = sqr(clamp01(p.roughness));
+  Lobe& mirror = templates.add(LobeKind::reflection, weight * reflected);
+  mirror.f0 = clamp_color(tint, 1.0f);
+  set_gloss(mirror, GlossModel::multiscatter_ggx, alpha);
+  Lobe& pane = templates.add(LobeKind::thin_transmission, weight * transmitted);
+  set_gloss(pane, GlossModel::multiscatter_ggx, pane_alpha(alpha, ior));
+}
+
 void make_principled_2(const Principled2& p, GlossModel model, bool backfacing, float cos_view,
                        LobeTemplates& templates) {
   const Color base = clamp_color(p.base, 1.0f);
   const float roughness = clamp01(p.roughness), metallic = clamp01(p.metallic), transmission = clamp01(p.transmission);
-  const float ior = std::max(p.ior, 1e-5f);
+  const float ior = std::max(p.ior, 1e-5f), film_ior = std::max(p.film_ior, 1e-5f);
+  const bool thin_wall = p.thin_wall != 0.0f;
   Color weight(1.0f);
 
   if (p.sheen > k_cutoff) {
@@ -234,16 +273,22 @@ void make_principled_2(const Principled2& p, GlossModel model, bool backfacing, 
     lobe.fresnel = FresnelMode::f82;
     lobe.f0 = base;
     lobe.f90 = clamp_color(p.specular_tint, 1.0f);
+    set_film(lobe, FresnelMode::film_f82, p.film_nm, film_ior);
     set_gloss(lobe, model, sqr(roughness));
     set_aspect(templates, p.anisotropic, p.rotation);
     weight *= 1.0f - metallic;
   }
   if (transmission > k_cutoff) {
-    Lobe& lobe = templates.add(LobeKind::glass, weight * transmission);
-    lobe.eta = seen_eta(ior, backfacing);
-    lobe.f0 = clamp_color(p.specular_tint, 1.0f);
-    lobe.f90 = sqrt_color(base);
-    set_gloss(lobe, model, sqr(roughness));
+    if (thin_wall) {
+      add_pane(p, weight * transmission, ior, cos_view, templates);
+    } else {
+      Lobe& lobe = templates.add(LobeKind::glass, weight * transmission);
+      lobe.eta = seen_eta(ior, backfacing);
+      lobe.f0 = clamp_color(p.specular_tint, 1.0f);
+      lobe.f90 = sqrt_color(base);
+      set_film(lobe, FresnelMode::film_dielectric, p.film_nm, backfacing ? film_ior / ior : film_ior);
+      set_gloss(lobe, model, sqr(roughness));
+    }
     weight *= 1.0f - transmission;
   }
   float f0 = fresnel_normal(ior), eta = ior;
@@ -252,14 +297,16 @@ void make_principled_2(const Principled2& p, GlossModel model, bool backfacing, 
     eta = eta_from_f0(f0);
     if (ior < 1.0f) eta = 1.0f / eta;
   }
-  if (eta != 1.0f && max_component(weight) > k_cutoff) {
+  if ((eta != 1.0f || p.film_nm > k_least_film_thickness_nm) && max_component(weight) > k_cutoff) {
     Lobe& lobe = templates.add(LobeKind::reflection, weight);
     lobe.eta = eta;
     lobe.fresnel = FresnelMode::schlick;
     lobe.f0 = clamp_color(p.specular_tint * f0, 1.0f);
+    set_film(lobe, FresnelMode::film_dielectric, p.film_nm, film_ior);
     set_gloss(lobe, model, sqr(roughness));
     set_aspect(templates, p.anisotropic, p.rotation);
-    Color albedo = layer_albedo(lobe.f0, eta, cos_view, roughness);
+    Color albedo = lobe.fresnel == FresnelMode::schlick ? layer_albedo(lobe.f0, eta, cos_view, roughness)
+                                                        : facet_reflectance(lobe, cos_view, eta);
     // What comes back from between the facets is darker than what they reflect at once.
     if (lobe.energy_compensation)
       albedo *= ggx_compensation(cos_view, sqr(roughness), mean_facet_reflectance(lobe, eta)) *
@@ -269,12 +316,20 @@ void make_principled_2(const Principled2& p, GlossModel model, bool backfacing, 
   if (max_component(weight) > k_cutoff && p.subsurface > k_cutoff) {
     const float share = clamp01(p.subsurface);
     const SubsurfaceRules rules = SubsurfaceRules::unpack(p.subsurface_rules);
-    const int before = templates.count;
-    add_subsurface(base, share,
-                   {p.subsurface_radius * p.subsurface_scale, p.subsurface_anisotropy,
-                    rules.method == SubsurfaceMethod::skin ? p.subsurface_ior : ior, roughness, rules},
-                   templates);
-    for (int i = before; i < templates.count; ++i) templates.entries[i].lobe.weight *= weight;
+    if (thin_wall) {
+      // Anisotropy says how much of what is scattered goes on (OpenPBR's thin-walled subsurface).
+      const Color scattered = base * weight * share;
+      const float through = clamp01(0.5f * (1.0f + p.subsurface_anisotropy));
+      add_rough_diffuse(templates, scattered * (1.0f - through), base, p.diffuse_roughness, true);
+      add_rough_diffuse(templates, scattered * through, base, p.diffuse_roughness, true, /*through=*/true);
+    } else {
+      const int before = templates.count;
+      add_subsurface(base, share,
+                     {p.subsurface_radius * p.subsurface_scale, p.subsurface_anisotropy,
+                      rules.method == SubsurfaceMethod::skin ? p.subsurface_ior : ior, roughness, rules},
+                     templates);
+      for (int i = before; i < templates.count; ++i) templates.entries[i].lobe.weight *= weight;
+    }
     weight *= 1.0f - share;
   }
   if (max_component(weight) > k_cutoff) {
@@ -300,9 +355,9 @@ Principled1 read_principled_1(const float* p) {
 }
 Principled2 read_principled_2(const float* p) {
   Reader r{p};
-  return {r.color(),  r.number(), r.number(), r.number(), r.number(), r.number(), r.number(), r.color(),
-          r.number(), r.number(), r.number(), r.number(), r.number(), r.number(), r.color(),  r.number(),
-          r.number(), r.color(),  r.color(),  r.number(), r.number(), r.number(), r.number(), r.color()};
+  return {r.color(),  r.number(), r.number(), r.number(), r.number(), r.number(), r.number(), r.color(),  r.number(),
+          r.number(), r.number(), r.number(), r.number(), r.number(), r.color(),  r.number(), r.number(), r.color(),
+          r.color(),  r.number(), r.number(), r.number(), r.number(), r.number(), r.number(), r.number(), r.color()};
 }
 
 }  // namespace
@@ -322,14 +377,17 @@ int closure_parameter_count(ClosureKind kind) {
     case ClosureKind::toon:
     case ClosureKind::glossy_toon:
       return 5;
-    case ClosureKind::glass:
     case ClosureKind::glossy:
     case ClosureKind::hair_reflection:
     case ClosureKind::hair_transmission:
       return 6;
+    case ClosureKind::glass:
+      return closure_parameter::k_glass_film + 2;
+    case ClosureKind::portal:
+      return closure_parameter::k_direction + 3;
     case ClosureKind::metallic:
     case ClosureKind::conductor:
-      return 9;
+      return closure_parameter::k_metal_film + 2;
     case ClosureKind::subsurface:
       return closure_parameter::k_scatter + 4;
     case ClosureKind::principled_1:
@@ -365,6 +423,9 @@ void make_lobes(ClosureKind kind, GlossModel model, const float* raw, bool backf
       if (model == GlossModel::multiscatter_ggx || p[k_glass_generation] >= 2.0f) {
         Lobe& lobe = templates.add(LobeKind::glass, color);
         lobe.eta = eta;
+        const float film_eta = std::max(p[k_glass_film + 1], 1e-5f);
+        set_film(lobe, FresnelMode::film_dielectric, p[k_glass_film],
+                 backfacing ? film_eta / std::max(p[k_ior], 1e-5f) : film_eta);
         set_gloss(lobe, model, sqr(p[k_roughness]));
         break;
       }
@@ -388,6 +449,13 @@ void make_lobes(ClosureKind kind, GlossModel model, const float* raw, bool backf
     case ClosureKind::transparent:
       templates.add(LobeKind::transparent, color);
       break;
+    case ClosureKind::portal: {
+      Lobe& lobe = templates.add(LobeKind::portal, color);
+      lobe.param = p[k_place + 3] != 0.0f;
+      lobe.tangent = Vec3(p[k_place], p[k_place + 1], p[k_place + 2]);
+      lobe.n = normalize(Vec3(p[k_direction], p[k_direction + 1], p[k_direction + 2]));
+      break;
+    }
     case ClosureKind::velvet:
       templates.add(LobeKind::velvet, color).param = clamp01(p[k_roughness]);
       break;
@@ -414,7 +482,12 @@ void make_lobes(ClosureKind kind, GlossModel model, const float* raw, bool backf
     case ClosureKind::conductor: {
       Lobe& lobe = templates.add(LobeKind::reflection, Color(1.0f));
       lobe.fresnel = FresnelMode::f82;
-      for (int k = 0; k < 3; ++k) fit_conductor(p[k], p[k_extinction + k], lobe.f0[k], lobe.f90[k]);
+      set_film(lobe, FresnelMode::film_conductor, p[k_metal_film], p[k_metal_film + 1]);
+      for (int k = 0; k < 3; ++k)
+        if (lobe.fresnel == FresnelMode::f82)
+          fit_conductor(p[k], p[k_extinction + k], lobe.f0[k], lobe.f90[k]);
+        else
+          lobe.f0[k] = p[k], lobe.f90[k] = p[k_extinction + k];
       set_gloss(lobe, model, sqr(p[k_roughness]));
       set_anisotropy(templates, p[k_anisotropy], p[k_rotation]);
       break;
@@ -424,6 +497,7 @@ void make_lobes(ClosureKind kind, GlossModel model, const float* raw, bool backf
       lobe.fresnel = FresnelMode::f82;
       lobe.f0 = clamp_color(color, 1.0f);
       lobe.f90 = clamp_color(Color(p[k_edge_tint], p[k_edge_tint + 1], p[k_edge_tint + 2]), 1.0f);
+      set_film(lobe, FresnelMode::film_f82, p[k_metal_film], p[k_metal_film + 1]);
       set_gloss(lobe, model, sqr(p[k_roughness]));
       set_anisotropy(templates, p[k_anisotropy], p[k_rotation]);
       break;

@@ -16,6 +16,7 @@ enum class ClosureKind : uint8_t {
   refraction,
   translucent,
   transparent,
+  portal,
   velvet,
   sheen,
   toon,
@@ -40,6 +41,7 @@ inline constexpr int k_color = 0;               // all simple closures; emission
 inline constexpr int k_roughness = 3;           // diffuse, glossy, glass, refraction, velvet (sigma), sheen
 inline constexpr int k_ior = 4;                 // glass, refraction
 inline constexpr int k_glass_generation = 5;    // 2: as Cycles from 4.0 on
+inline constexpr int k_glass_film = 6;          // thickness, nm, and index
 inline constexpr int k_diffuse_generation = 4;  // 2: as Cycles from 4.3 on
 inline constexpr int k_size = 3;                // toon
 inline constexpr int k_smooth = 4;              // toon
@@ -49,6 +51,9 @@ inline constexpr int k_anisotropy = 4;          // glossy, metallic
 inline constexpr int k_rotation = 5;            // glossy, metallic
 inline constexpr int k_edge_tint = 6;           // metallic
 inline constexpr int k_extinction = 6;          // conductor, whose colour is its index
+inline constexpr int k_metal_film = 9;          // metallic, conductor: as k_glass_film
+inline constexpr int k_place = 3;               // portal: user's world position, and 1 if there is one
+inline constexpr int k_direction = 7;           // portal: zero: straight on
 inline constexpr int k_radius = 3;              // subsurface: by channel, m
 inline constexpr int k_scatter = 6;             // subsurface: anisotropy, index, roughness and SubsurfaceRules
 }  // namespace closure_parameter
@@ -84,9 +89,10 @@ struct Principled2 {  // Blender 4.0 and later
   float sheen, sheen_roughness;
   Color sheen_tint, subsurface_radius;
   float subsurface_scale, subsurface_ior, subsurface_anisotropy, subsurface_rules;
-  Color emission;
+  float film_nm, film_ior, thin_wall;
+  Color emission;  // the last: what the compiler looks for
 };
-inline constexpr int k_max_closure_parameters = 36;
+inline constexpr int k_max_closure_parameters = 39;
 static_assert(sizeof(Principled1) <= k_max_closure_parameters * sizeof(float));
 static_assert(sizeof(Principled2) <= k_max_closure_parameters * sizeof(float));
 /// Floats that a closure of the kind reads.

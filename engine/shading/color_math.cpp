@@ -12,12 +12,6 @@ Color per_channel(const Color& a, const Color& b, const F& f) {
   return Color(f(a.x, b.x), f(a.y, b.y), f(a.z, b.z));
 }
 
-// White point D65 (the matrix of Blender's configuration).
-Color rec709_from_xyz(float x, float y, float z) {
-  return Color(3.2404542f * x - 1.5371385f * y - 0.4985314f * z, -0.9692660f * x + 1.8760108f * y + 0.0415560f * z,
-               0.0556434f * x - 0.2040259f * y + 1.0572252f * z);
-}
-
 Color integrate_blackbody(double kelvin) {
   double xyz[3] = {0, 0, 0};
   for (int i = 0; i < k_observer_count; ++i) {
@@ -30,6 +24,11 @@ Color integrate_blackbody(double kelvin) {
 }
 
 }  // namespace
+
+Color rec709_from_xyz(float x, float y, float z) {
+  return Color(3.2404542f * x - 1.5371385f * y - 0.4985314f * z, -0.9692660f * x + 1.8760108f * y + 0.0415560f * z,
+               0.0556434f * x - 0.2040259f * y + 1.0572252f * z);
+}
 
 Color blend_colors(Blend mode, float t, const Color& a, const Color& b) {
   const float s = 1.0f - t;

@@ -87,6 +87,9 @@ enum class Blend : uint8_t {
 /// Blender's blend modes. @param t the factor, already clamped if it is to be.
 Color blend_colors(Blend mode, float t, const Color& a, const Color& b);
 
+/// Linear Rec. 709 with white point D65 (the matrix of Blender's configuration); negative where it cannot be shown.
+Color rec709_from_xyz(float x, float y, float z);
+
 /// Colour of a black body in linear Rec. 709, luminance 1, channels may be negative outside the gamut.
 /// @param kelvin clamped to [800, 12000], as Blender. (Planck's law; the CIE 1931 observer.)
 Color blackbody_color(float kelvin);

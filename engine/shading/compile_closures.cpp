@@ -19,6 +19,8 @@ class Parameters {
     values_.push_back(compiler_.expressions().number(x));
     return *this;
   }
+  /// A thin film's thickness and index.
+  Parameters& film() { return number("Thin Film Thickness", 0.0f).number("Thin Film IOR", 1.33f); }
   Parameters& color(const char* socket, const Color& otherwise) {
     return value(compiler_.color(node_, socket, otherwise, 0));
   }
@@ -131,10 +133,6 @@ void principled_2(Compiler& compiler, int node, const Value& weight) {
   const Value alpha = compiler.number(node, "Alpha", 1.0f, 0);
   add_transparent(compiler, node, e.vector(Vec3(1.0f)), e.operation(Op::mix_weight_first, 0, {weight, alpha}, 1));
   const Value opaque = e.operation(Op::mix_weight_second, 0, {weight, alpha}, 1);
-  if (may_be_nonzero(compiler, node, "Thin Film Thickness", 0.0f))
-    compiler.warn_unsupported(node, "thin film interference is left out");
-  if (may_be_nonzero(compiler, node, "Thin Wall", 0.0f))
-    compiler.warn_unsupported(node, "thin walls are rendered as solid");
   ClosureUse use{};
   use.kind = ClosureKind::principled_2;
   use.raw_diffuse_normal = true;
@@ -155,7 +153,11 @@ void principled_2(Compiler& compiler, int node, const Value& weight) {
   p.number("Sheen Roughness", 0.5f).color("Sheen Tint", Color(1.0f));
   p.color("Subsurface Radius", Color(1.0f, 0.2f, 0.1f)).number("Subsurface Scale", 0.05f);
   p.number("Subsurface IOR", 1.4f).number("Subsurface Anisotropy", 0.0f);
-  p.constant(subsurface_rules(compiler, node, "subsurface_method", 2).pack()).value(emission);
+  p.constant(subsurface_rules(compiler, node, "subsurface_method", 2).pack()).film();
+  p.number("Thin Wall", 0.0f).value(emission);
+  // A smooth pane lets light straight through.
+  use.may_be_transparent =
+      may_be_nonzero(compiler, node, "Thin Wall", 0.0f) && may_be_nonzero(compiler, node, "Transmission Weight", 0.0f);
   compiler.add_closure(use, opaque, normals.values, p.values());
 }
 
@@ -191,8 +193,6 @@ void glossy(Compiler& compiler, int node, const Value& weight) {
 
 void metallic(Compiler& compiler, int node, const Value& weight) {
   const bool physical = compiler.text(node, "fresnel_type", "F82") == "PHYSICAL_CONDUCTOR";
-  if (may_be_nonzero(compiler, node, "Thin Film Thickness", 0.0f))
-    compiler.warn_unsupported(node, "thin film interference is left out");
   ClosureUse use{};
   use.kind = physical ? ClosureKind::conductor : ClosureKind::metallic;
   use.model = gloss_model(compiler, node, "MULTI_GGX");
@@ -209,6 +209,7 @@ void metallic(Compiler& compiler, int node, const Value& weight) {
     p.color("Extinction", Color(3.867f, 3.404f, 3.009f));
   else
     p.color("Edge Tint", Color(0.695f, 0.726f, 0.770f));
+  p.film();
   compiler.add_closure(use, weight, normals.values, p.values());
 }
 
@@ -230,6 +231,15 @@ void toon(Compiler& c, int n, const Value& w) {
   const bool glossy = c.text(n, "component", "DIFFUSE") == "GLOSSY";
   simple(c, n, w, glossy ? ClosureKind::glossy_toon : ClosureKind::toon,
          Parameters(c, n).color("Color", Color(0.8f)).number("Size", 0.5f).number("Smooth", 0.0f));
+}
+
+void portal(Compiler& c, int n, const Value& w) {
+  ClosureUse use{};
+  use.kind = ClosureKind::portal;
+  Parameters p(c, n);
+  p.color("Color", Color(1.0f)).value(c.vector(n, "Position", Vec3(0.0f), 0));
+  p.constant(c.is_linked(n, "Position") ? 1.0f : 0.0f).value(c.vector(n, "Direction", Vec3(0.0f), 0));
+  c.add_closure(use, w, {}, p.values());
 }
 
 // On meshes the hair lies along the bitangent, without tilt, unless a tangent is given.
@@ -281,7 +291,8 @@ const std::map<std::string, ClosureNode>& closure_nodes() {
                     .color("Color", Color(1.0f))
                     .number("Roughness", 0.0f)
                     .number("IOR", 1.45f)
-                    .constant(c.follows(400) ? 2.0f : 1.0f),
+                    .constant(c.follows(400) ? 2.0f : 1.0f)
+                    .film(),
                 gloss_model(c, n, "GGX"));
        }},
       {"BsdfRefraction",
@@ -310,6 +321,7 @@ const std::map<std::string, ClosureNode>& closure_nodes() {
        }},
       {"SubsurfaceScattering", subsurface},
       {"BsdfToon", toon},
+      {"BsdfRayPortal", portal},
       {"BsdfHair", hair},
       {"Holdout",
        [](Compiler& c, int n, const Value& w) {
@@ -333,11 +345,6 @@ const std::map<std::string, ClosureNode>& stand_ins() {
   static const std::map<std::string, ClosureNode> nodes{
       {"BsdfHairPrincipled",
        [](Compiler& c, int n, const Value& w) { diffuse_stand_in(c, n, w, "it is rendered as diffuse reflection"); }},
-      {"BsdfRayPortal",
-       [](Compiler& c, int n, const Value& w) {
-         c.warn_unsupported(n, "it is rendered as transparent");
-         add_transparent(c, n, c.color(n, "Color", Color(1.0f), 0), w);
-       }},
       {"EeveeSpecular",
        [](Compiler& c, int n, const Value& w) {
          c.warn_unsupported(n, "it is rendered as diffuse reflection of its base colour");

@@ -193,6 +193,18 @@ TypedValue gradient(Compiler& c, int n, S socket, int shift) {
   return socket != "Color" ? number_of(f) : color_of(c.to_vector(number_of(f)));
 }
 
+TypedValue radial_tiling_node(Compiler& c, int n, S socket, int shift) {
+  Expressions& e = c.expressions();
+  const Value tile = e.operation(
+      Op::radial_tiling, c.flag(n, "normalize", true) ? 1 : 0,
+      {c.vector(n, "Vector", Vec3(0.0f), shift), c.number(n, "Sides", 5, shift), c.number(n, "Roundness", 0, shift)},
+      6);
+  if (socket == "Segment ID") return number_of(e.part(tile, 3, 1));
+  if (socket == "Segment Width") return number_of(e.part(tile, 4, 1));
+  if (socket == "Segment Rotation") return number_of(e.part(tile, 5, 1));
+  return vector_of(e.part(tile, 0, 3));
+}
+
 TypedValue sky_node(Compiler& c, int n, S, int shift) {
   const std::string type = c.text(n, "sky_type", "NISHITA");
   std::vector<float> table;
@@ -238,13 +250,21 @@ TypedValue sky_node(Compiler& c, int n, S, int shift) {
 }  // namespace
 
 const std::map<std::string, ValueNode>& texture_nodes() {
-  static const std::map<std::string, ValueNode> nodes{{"TexImage", image},       {"TexEnvironment", environment},
-                                                      {"TexNoise", noise},       {"TexChecker", checker},
-                                                      {"TexGradient", gradient}, {"TexSky", sky_node},
-                                                      {"TexVoronoi", voronoi},   {"TexMusgrave", musgrave},
-                                                      {"TexWave", wave},         {"TexMagic", magic},
-                                                      {"TexBrick", brick},       {"TexWhiteNoise", white_noise},
-                                                      {"TexGabor", gabor},       {"TexIES", light_profile_node}};
+  static const std::map<std::string, ValueNode> nodes{{"TexImage", image},
+                                                      {"TexEnvironment", environment},
+                                                      {"TexNoise", noise},
+                                                      {"TexChecker", checker},
+                                                      {"TexGradient", gradient},
+                                                      {"TexSky", sky_node},
+                                                      {"TexVoronoi", voronoi},
+                                                      {"TexMusgrave", musgrave},
+                                                      {"TexWave", wave},
+                                                      {"TexMagic", magic},
+                                                      {"TexBrick", brick},
+                                                      {"TexWhiteNoise", white_noise},
+                                                      {"TexGabor", gabor},
+                                                      {"TexIES", light_profile_node},
+                                                      {"RadialTiling", radial_tiling_node}};
   return nodes;
 }
 

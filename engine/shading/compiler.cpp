@@ -341,24 +341,26 @@ void Compiler::add_closure(ClosureUse use, const Value& weight, const std::vecto
          expressions_.is_constant(parameters[parameters.size() - 3]) && values[parameters.size() - 1] == 0.0f &&
          values[parameters.size() - 2] == 0.0f && values[parameters.size() - 3] == 0.0f));
   const bool transparent = use.kind == ClosureKind::transparent;
+  use.may_be_transparent |= transparent;
   const int amount = use.kind == ClosureKind::principled_1   ? 3
                      : use.kind == ClosureKind::principled_2 ? 7
                                                              : -1;  // parameter that subsurface lobes need
   const bool subsurface = use.kind == ClosureKind::subsurface ||
                           (amount >= 0 && !expressions_.is_number(parameters[static_cast<size_t>(amount)], 0.0f));
   program_->traits.holdout |= use.kind == ClosureKind::holdout;
+  program_->traits.portal |= use.kind == ClosureKind::portal;
   program_->traits.subsurface |= subsurface;
   program_->traits.subsurface_normal |= subsurface && use.has_normal;
   const auto index = static_cast<uint32_t>(program_->closures.size());
   std::vector<Value> operands{weight};
   operands.insert(operands.end(), normals.begin(), normals.end());
   operands.insert(operands.end(), parameters.begin(), parameters.end());
+  program_->traits.may_be_transparent |= use.may_be_transparent;
+  if (use.may_be_transparent) transparency_.push_back({index, operands});
   program_->closures.push_back(std::move(use));
   surface_.push_back({index, operands});
   if (emits) emission_.push_back({index, operands});
-  if (transparent) transparency_.push_back({index, operands});
   program_->traits.emits |= emits;
-  program_->traits.may_be_transparent |= transparent;
   program_->traits.scatters |= !transparent && program_->closures.back().kind != ClosureKind::emission &&
                                program_->closures.back().kind != ClosureKind::holdout;
 }
@@ -422,6 +424,10 @@ std::shared_ptr<const Program> Compiler::finish() {
                              : follows(405)              ? BumpShadowing::masking
                                                          : BumpShadowing::cubic;
   program_->correlated_masking = follows(305);
+  if (traits.portal) {  // What is behind shines through the other closures to the camera, but no light comes that way
+    transparency_.clear();
+    traits.may_be_transparent = false;
+  }
   // Constants need no code: their lobes are ready.
   for (auto* list : {&surface_})
     for (Expressions::Closure& closure : *list) {

@@ -283,6 +283,58 @@ TEST(Compiler, glass_turns_its_index_round_behind_the_surface) {
   EXPECT_NEAR(compiled.bsdf(point).lobes()[0].eta, 1.0f / 1.5f, 1e-6f);
 }
 
+TEST(Compiler, a_film_is_a_mode_of_its_own_and_costs_nothing_without_thickness) {
+  const auto mode = [](const char* type, float thickness) {
+    const Compiled compiled(make_graph({make_node(type, {{"Thin Film Thickness", thickness}})}));
+    EXPECT_EQ(compiled.messages(), "");
+    return compiled.bsdf().lobes()[0].fresnel;
+  };
+  EXPECT_EQ(mode("BsdfMetallic", 0.0f), FresnelMode::f82);
+  EXPECT_EQ(mode("BsdfMetallic", 300.0f), FresnelMode::film_f82);
+  EXPECT_EQ(mode("BsdfMetallic", 0.05f), FresnelMode::f82);
+}
+
+TEST(Compiler, a_smooth_pane_lets_light_straight_through_and_a_rough_one_does_not) {
+  const auto pane = [](float roughness) {
+    return Compiled(make_graph({make_node("BsdfPrincipled",
+                                          {{"Base Color", rgb(1.0f, 1.0f, 1.0f)},
+                                           {"Thin Wall", 1.0f},
+                                           {"Transmission Weight", 1.0f},
+                                           {"Roughness", roughness}},
+                                          {{"generation", 2.0f}})}));
+  };
+  const Compiled smooth = pane(0.0f), rough = pane(0.5f);
+  ASSERT_TRUE(smooth.program->traits().may_be_transparent);
+  ShadingPoint point;  // seen straight on
+  // Of an index of 1.5 one side reflects 4%, both with what goes to and fro between them 2·0.04 / (1 + 0.04)
+  EXPECT_NEAR(smooth.program->transparency(point, nullptr).x, 1.0f - 0.08f / 1.04f, 1e-4f);
+  EXPECT_NEAR(smooth.bsdf().transparency().x, 0.92f, 0.02f);
+  EXPECT_EQ(rough.program->transparency(point, nullptr), Color(0.0f));
+}
+
+TEST(Compiler, a_portal_sends_rays_on_from_its_place_and_lets_no_light_through) {
+  std::vector<GraphNode> nodes{make_node("CombineXYZ", {{"X", 5.0f}, {"Y", -2.0f}, {"Z", 1.0f}}),
+                               make_node("BsdfRayPortal", {{"Position", GraphLink{0, "Vector"}},
+                                                           {"Direction", GraphNumbers{0.0f, 3.0f, 0.0f}}})};
+  const Compiled there(make_graph(nodes));
+  EXPECT_EQ(there.messages(), "");
+  EXPECT_TRUE(there.program->traits().portal);
+  EXPECT_FALSE(there.program->traits().may_be_transparent);
+  const Bsdf bsdf = there.bsdf();
+  const Vec3 wi = normalize(Vec3(0.3f, 0.1f, 0.9f));
+  const BsdfSample sample = bsdf.sample(wi, 0.5f, {0.5f, 0.5f}, Transport::radiance);
+  ASSERT_TRUE(sample.event & k_scatter_portal);
+  EXPECT_TRUE(sample.event & k_scatter_transparent);
+  EXPECT_EQ(sample.wo_world, Vec3(0, 1, 0));
+  EXPECT_EQ(bsdf.lobes()[static_cast<size_t>(sample.lobe)].tangent, Vec3(5, -2, 1));
+  EXPECT_EQ(sample.pdf_reverse_solid_angle, 0.0f);
+  // Without a place and a direction it is a hole.
+  const Compiled hole(make_graph({make_node("BsdfRayPortal")}));
+  const BsdfSample on = hole.bsdf().sample(wi, 0.5f, {0.5f, 0.5f}, Transport::radiance);
+  ASSERT_TRUE(on.event & k_scatter_portal);
+  EXPECT_NEAR(length(on.wo_world + wi), 0.0f, 1e-6f);
+}
+
 TEST(Compiler, a_world_sees_the_direction_of_the_ray) {
   ShaderGraph graph =
       make_graph({make_node("TexCoord"), make_node("Background", {{"Color", GraphLink{0, "Generated"}}})});

@@ -5,6 +5,9 @@
 
 namespace lambent {
 
+/// Indices and extinctions of metals above this are taken as this.
+inline constexpr float k_most_conductor_index = 100.0f;
+
 /// Unpolarised reflectance of a smooth dielectric; 1 beyond the critical angle. @param cos_incident in [-1, 1], its
 /// sign is ignored. Continuous in both arguments; exactly 0 for eta = 1 off grazing. (Cook & Torrance 1982's form.)
 inline float fresnel_dielectric(float cos_incident, float eta) {
@@ -56,11 +59,40 @@ inline Color fresnel_f82(float cosine, const Color& f0, const Color& f82) {
   return Color(std::clamp(f.x, 0.0f, 1.0f), std::clamp(f.y, 0.0f, 1.0f), std::clamp(f.z, 0.0f, 1.0f));
 }
 
+/// The same of one channel, with the value at arccos(1/7) itself given.
+inline float fresnel_f82_by_value(float cosine, float f0, float f82) {
+  constexpr float k_cos = 1.0f / 7.0f, k_w5 = 0.46266436f, k_w6 = 0.39656944f;
+  const float c = std::clamp(cosine, 0.0f, 1.0f);
+  const float m = 1.0f - c, m5 = m * m * m * m * m;
+  const float dip = (lerp(f0, 1.0f, k_w5) - f82) * (1.0f / (k_cos * k_w6));
+  return std::clamp(lerp(f0, 1.0f, m5) - dip * (c * m5 * m), 0.0f, 1.0f);
+}
+
 /// Its mean over all angles, weighted by their cosine.
 inline Color fresnel_f82_mean(const Color& f0, const Color& f82) {
   // Of Schlick's rise the mean is 1/21, of cos·(1 − cos)^6 1/126
   const Color f = lerp(f0, Color(1.0f), 1.0f / 21.0f) - f82_dip(f0, f82) * (1.0f / 126.0f);
   return Color(std::clamp(f.x, 0.0f, 1.0f), std::clamp(f.y, 0.0f, 1.0f), std::clamp(f.z, 0.0f, 1.0f));
+}
+
+/// Reflectance of a conductor of complex index n + ik, unpolarised (Born & Wolf, ch. 14).
+inline float conductor_reflectance(float cosine, float n, float k) {
+  const float c2 = cosine * cosine, s2 = 1.0f - c2;
+  const float t = n * n - k * k - s2, ab = std::sqrt(t * t + 4.0f * n * n * k * k);
+  const float a = safe_sqrt(0.5f * (ab + t));
+  const float rs = (ab + c2 - 2.0f * a * cosine) / (ab + c2 + 2.0f * a * cosine);
+  const float q = ab * c2 + s2 * s2, r = 2.0f * a * cosine * s2;
+  return 0.5f * rs * (1.0f + (q - r) / (q + r));
+}
+
+/// The colours of FresnelMode::f82 for one channel of a conductor: exact at 0, at 82 and at 90 degrees.
+inline void fit_conductor(float n_given, float k_given, float& f0, float& tint) {
+  const float n = std::clamp(n_given, 1e-3f, k_most_conductor_index);
+  const float k = std::clamp(k_given, 0.0f, k_most_conductor_index);
+  constexpr float k_cosine = 1.0f / 7.0f;
+  f0 = std::clamp(conductor_reflectance(1.0f, n, k), 0.0f, 1.0f);
+  const float schlick = f0 + (1.0f - f0) * std::pow(1.0f - k_cosine, 5.0f);
+  tint = std::clamp(conductor_reflectance(k_cosine, n, k) / std::max(schlick, 1e-4f), 0.0f, 1.0f);
 }
 
 /// Mean dielectric reflectance over all angles, weighted by their cosine (fit of Kulla & Conty 2017, "Revisiting

@@ -593,6 +593,7 @@ void run_instruction(const ProgramData& program, const Instruction& instruction,
     case Op::white_noise:
     case Op::checker:
     case Op::gradient:
+    case Op::radial_tiling:
     case Op::sky:
     case Op::ies:
       run_texture_instruction(program, instruction, point, textures, a, out);

@@ -31,16 +31,19 @@ enum class LobeKind : uint8_t {
                     ///< channel, m, `param` the anisotropy of scattering, alpha_x and eta those of refractive entry
   toon,             ///< a cone around the normal of equal brightness: `param` its half angle, `alpha_x` that of the
                     ///< fading rim, both in quarter turns
-  translucent,      ///< Lambert through the surface
-  transparent,      ///< straight on
-  glossy_toon,      ///< the same around the mirrored view
-  hair_reflection,  ///< a cylinder along the tangent (Marschner et al. 2003, simplified): alpha_x along, alpha_y
-                    ///< around, `param` the cuticle's tilt, radians
+  rough_translucent,  ///< oren_nayar through the surface, towards the mirror image of where it would reflect
+  translucent,        ///< Lambert through the surface
+  transparent,        ///< straight on
+  portal,             ///< on from elsewhere: `n` the direction there, `tangent` the place, both in world space
+  glossy_toon,        ///< the same around the mirrored view
+  hair_reflection,    ///< a cylinder along the tangent (Marschner et al. 2003, simplified): alpha_x along, alpha_y
+                      ///< around, `param` the cuticle's tilt, radians
   hair_transmission,  ///< likewise through it
   ashikhmin_shirley,  ///< Ashikhmin & Shirley 2000 without their Fresnel term (Cycles before 4.0)
   reflection,         ///< microfacet or mirror
   refraction,         ///< microfacet or smooth
   glass,              ///< reflection and refraction with the Fresnel term at the microfacet
+  thin_transmission,  ///< a pane's blur: reflection that leaves on the other side, mirrored there; never a delta
 };
 
 enum class Distribution : uint8_t { ggx, beckmann, gtr1 };
@@ -66,6 +69,10 @@ enum class FresnelMode : uint8_t {
   dielectric,  ///< dielectric at the microfacet
   schlick,     ///< f0 to f90 along the dielectric curve of `eta`, at the microfacet (both Principled generations)
   f82,         ///< metal: f0 and, in f90, the tint at 82° (Kutz et al. 2021)
+  // Under a thin film (thin_film.h). Glass and schlick's curve, tints as without it
+  film_dielectric,
+  film_f82,
+  film_conductor,  ///< f0: index of refraction, f90: extinction, by channel
 };
 
 /// One weighted lobe. Invariants: n unit; alpha in [0, 1]; eta > 0; all finite (Bsdf::add ensures them).
@@ -73,10 +80,11 @@ struct Lobe {
   Color weight{1.0f};
   Vec3 n{0, 0, 1};     ///< lobe normal in world space, on the side of the walk's `wi`; of diffuse lobes perhaps not
   Vec3 tangent{0.0f};  ///< world direction of alpha_x; zero: isotropic
-  float alpha_x = 1.0f, alpha_y = 1.0f;  ///< microfacet slopes' scale; both below k_delta_alpha: delta
-  float eta = 1.0f;                      ///< index beyond the surface over index on n's side
-  float param = 0.0f;                    ///< see LobeKind
-  Color f0{1.0f}, f90{1.0f};             ///< see FresnelMode; glass: tints of its reflection and of its refraction
+  float alpha_x = 1.0f, alpha_y = 1.0f;   ///< microfacet slopes' scale; both below k_delta_alpha: delta
+  float eta = 1.0f;                       ///< index beyond the surface over index on n's side
+  float param = 0.0f;                     ///< see LobeKind
+  float film_nm = 0.0f, film_eta = 1.0f;  ///< of FresnelMode::film_*: thickness, and index as eta's
+  Color f0{1.0f}, f90{1.0f};              ///< see FresnelMode; glass: tints of its reflection and of its refraction
   LobeKind kind = LobeKind::diffuse;
   Distribution distribution = Distribution::ggx;
   FresnelMode fresnel = FresnelMode::none;

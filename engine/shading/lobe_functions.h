@@ -13,6 +13,7 @@
 #include "engine/shading/microfacet.h"
 #include "engine/shading/sheen.h"
 #include "engine/shading/stylized_lobes.h"
+#include "engine/shading/thin_film.h"
 
 namespace lambent {
 
@@ -28,10 +29,14 @@ struct LobeSample {
 
 inline bool is_microfacet(LobeKind kind) { return kind >= LobeKind::reflection; }
 inline bool is_delta(const Lobe& lobe) {
-  return lobe.kind == LobeKind::transparent || lobe.kind == LobeKind::subsurface ||
+  return lobe.kind == LobeKind::transparent || lobe.kind == LobeKind::portal || lobe.kind == LobeKind::subsurface ||
          (is_microfacet(lobe.kind) && lobe.alpha_x * lobe.alpha_y <= k_delta_alpha * k_delta_alpha);
 }
 inline bool is_diffuse(LobeKind kind) { return kind <= LobeKind::translucent; }
+/// Lobes that are no diffuse ones and send light through the surface only.
+inline bool transmits_alone(LobeKind kind) {
+  return kind == LobeKind::refraction || kind == LobeKind::hair_transmission || kind == LobeKind::thin_transmission;
+}
 /// The class that passes count a lobe in, for a pair of directions that it transmits or reflects. Velvet scatters as a
 /// diffuse lobe does, but counts as glossy here, as in Cycles.
 inline LobeClass class_of(LobeKind kind, bool transmitted) {
@@ -57,12 +62,34 @@ inline Color oren_nayar_multiple(const Color& albedo, float sigma, float scale, 
   return a * a * (k_inv_pi * lost * mean / (1.0f - mean)) / (Color(1.0f) - a * (1.0f - mean));
 }
 
+/// The model's value for two directions above the surface: the qualitative one with the full normalisation of Fujii, as
+/// Cycles.
+inline Color oren_nayar(const Lobe& lobe, const Vec3& a, const Vec3& b) {
+  const float sigma = lobe.param;
+  const float scale = 1.0f / (k_pi + (3.0f * k_pi - 4.0f) / 6.0f * sigma);
+  float t = dot(a, b) - a.z * b.z;
+  if (t > 0.0f) t /= std::max(a.z, b.z);
+  const Color single(std::max(0.0f, scale * (1.0f + sigma * t)));
+  return lobe.energy_compensation ? single + oren_nayar_multiple(lobe.f0, sigma, scale, a.z, b.z) : single;
+}
+
 inline Frame lobe_frame(const Lobe& lobe) {
   return length_squared(lobe.tangent) > 0.0f ? Frame::from_normal_and_tangent(lobe.n, lobe.tangent)
                                              : Frame::from_normal(lobe.n);
 }
 /// Index ratio as seen by a direction on the given side.
 inline float eta_seen_from(const Lobe& lobe, float cos_side) { return cos_side >= 0.0f ? lobe.eta : 1.0f / lobe.eta; }
+
+/// The film as it is seen from the side with that index ratio: the indices of either side are to that side's, as in
+/// Cycles, which leaves the thickness as it is. So from within, colours are those of a film thinner by the index: what
+/// passes is not quite the same both ways, and lobes take what the camera's side sees.
+inline ThinFilm film_seen(const Lobe& lobe, float eta) {
+  return {lobe.film_nm, eta == lobe.eta ? lobe.film_eta : lobe.film_eta * eta};
+}
+/// Reflectance of the lobe's dielectric under its film.
+inline Color film_reflectance(const Lobe& lobe, float cos_facet, float eta) {
+  return film_dielectric(std::fabs(cos_facet), eta, film_seen(lobe, eta));
+}
 
 /// Fresnel factor of reflection off a facet at `cos_facet`.
 inline Color facet_reflectance(const Lobe& lobe, float cos_facet, float eta) {
@@ -75,24 +102,47 @@ inline Color facet_reflectance(const Lobe& lobe, float cos_facet, float eta) {
       return lerp(lobe.f0, lobe.f90, fresnel_rise(cos_facet, eta));
     case FresnelMode::f82:
       return fresnel_f82(cos_facet, lobe.f0, lobe.f90);
+    case FresnelMode::film_dielectric: {
+      // Interference goes below what is reflected at normal incidence without it, so that f0 cannot be where the curve
+      // begins, as in schlick: it scales, the less the more is reflected.
+      const Color f = film_reflectance(lobe, cos_facet, eta);
+      const float normal = fresnel_normal(eta);
+      if (!(normal > 1e-5f && normal < 1.0f)) return f;
+      Color tinted;
+      for (int k = 0; k < 3; ++k)
+        tinted[k] = std::min(
+            f[k] * lerp(1.0f, lobe.f0[k] / normal, std::clamp((1.0f - f[k]) / (1.0f - normal), 0.0f, 1.0f)), 1.0f);
+      return tinted;
+    }
+    case FresnelMode::film_f82:
+      return film_f82(std::fabs(cos_facet), lobe.f0, lobe.f90, film_seen(lobe, eta));
+    case FresnelMode::film_conductor:
+      return film_conductor(std::fabs(cos_facet), lobe.f0, lobe.f90, film_seen(lobe, eta));
   }
   return Color(1.0f);
 }
 
-/// Its mean over all angles, weighted by their cosine.
+/// Its mean over all angles, weighted by their cosine; without the film if there is one, as Cycles.
 inline Color mean_facet_reflectance(const Lobe& lobe, float eta) {
   switch (lobe.fresnel) {
     case FresnelMode::none:
       return lobe.f0;
     case FresnelMode::dielectric:
       return Color(fresnel_dielectric_mean(eta));
+    case FresnelMode::film_dielectric:
     case FresnelMode::schlick: {
       const float f0 = fresnel_normal(eta);
       return lerp(lobe.f0, lobe.f90,
                   f0 < 1.0f ? std::clamp((fresnel_dielectric_mean(eta) - f0) / (1.0f - f0), 0.0f, 1.0f) : 0.0f);
     }
+    case FresnelMode::film_f82:
     case FresnelMode::f82:
       return fresnel_f82_mean(lobe.f0, lobe.f90);
+    case FresnelMode::film_conductor: {
+      Color f0, tint;
+      for (int k = 0; k < 3; ++k) fit_conductor(lobe.f0[k], lobe.f90[k], f0[k], tint[k]);
+      return fresnel_f82_mean(f0, tint);
+    }
   }
   return Color(1.0f);
 }
@@ -119,7 +169,9 @@ inline Color camera_factor(const Lobe& lobe, float cos_camera) {
       factor *= ggx_compensation(c, alpha, mean_facet_reflectance(lobe, eta));
     } else {
       // Facets are met at all angles: of the rise towards grazing, the cosine-weighted mean of Schlick's is 1/21.
-      const Color reflectance = lobe.fresnel == FresnelMode::none ? lobe.f0 : lerp(lobe.f0, lobe.f90, 1.0f / 21.0f);
+      const Color reflectance = lobe.fresnel == FresnelMode::none             ? lobe.f0
+                                : lobe.fresnel == FresnelMode::film_conductor ? mean_facet_reflectance(lobe, eta)
+                                                                              : lerp(lobe.f0, lobe.f90, 1.0f / 21.0f);
       factor *= ggx_multiscatter_factor(c, alpha, reflectance);
     }
   }
@@ -136,6 +188,42 @@ inline float principled_retro(const Lobe& lobe, const Vec3& wi, const Vec3& wo) 
   return k_inv_pi * (rr * (f_i + f_o + f_i * f_o * (rr - 1.0f)));
 }
 
+/// What glass does at one of its facets.
+struct GlassFacet {
+  Color reflected, transmitted;       ///< shares of the light
+  float prob_reflect, prob_transmit;  ///< of the walk going either way: by the tinted Fresnel term
+
+  GlassFacet(const Lobe& lobe, float cos_facet, float eta) {
+    if (lobe.fresnel != FresnelMode::film_dielectric) {
+      const float f = fresnel_dielectric(cos_facet, eta);
+      reflected = lobe.f0 * f, transmitted = lobe.f90 * (1.0f - f);
+    } else {
+      const Color f = film_reflectance(lobe, cos_facet, eta);
+      reflected = lobe.f0 * f, transmitted = lobe.f90 * (Color(1.0f) - f);
+    }
+    choose();
+  }
+  /// Of a pair of directions that refract into each other, without the cancellation that there is near the critical
+  /// angle; with a film as seen from the first of them.
+  GlassFacet(const Lobe& lobe, float cos_seen, float cos_other, float eta) {
+    if (lobe.fresnel == FresnelMode::film_dielectric) {
+      *this = GlassFacet(lobe, cos_seen, eta);
+      return;
+    }
+    const float t = fresnel_transmitted(cos_seen, cos_other, eta);
+    reflected = lobe.f0 * (1.0f - t), transmitted = lobe.f90 * t;
+    choose();
+  }
+
+ private:
+  void choose() {
+    const float r = max_component(reflected), t = max_component(transmitted);
+    const bool any = r + t > 0.0f;
+    prob_reflect = any ? r / (r + t) : 1.0f;
+    prob_transmit = any ? t / (r + t) : 0.0f;
+  }
+};
+
 /// Share of light that the lobe sends on, seen from a direction with cosine `cos_view` to n: an estimate, exact for
 /// Lambert and mirrors. Drives the choice of lobes, so both directions' densities use it.
 inline Color lobe_albedo(const Lobe& lobe, float cos_view) {
@@ -147,12 +235,15 @@ inline Color lobe_albedo(const Lobe& lobe, float cos_view) {
     case LobeKind::principled_exit:
     case LobeKind::subsurface:
     case LobeKind::toon:
+    case LobeKind::rough_translucent:
     case LobeKind::translucent:
     case LobeKind::transparent:
+    case LobeKind::portal:
     case LobeKind::glossy_toon:
     case LobeKind::hair_reflection:
     case LobeKind::hair_transmission:
     case LobeKind::ashikhmin_shirley:
+    case LobeKind::thin_transmission:
       return Color(1.0f);
     case LobeKind::principled_retro:
       return Color(0.02f + 0.4f * lobe.param * schlick_weight(c));
@@ -169,20 +260,14 @@ inline Color lobe_albedo(const Lobe& lobe, float cos_view) {
     case LobeKind::refraction:
       return Color(lobe.macro_fresnel ? 1.0f - fresnel_dielectric(c, eta_seen_from(lobe, cos_view)) : 1.0f);
     case LobeKind::glass: {
-      const float f = fresnel_dielectric(c, eta_seen_from(lobe, cos_view));
-      return lobe.f0 * f + lobe.f90 * (1.0f - f);
+      const GlassFacet facet(lobe, c, eta_seen_from(lobe, cos_view));
+      return facet.reflected + facet.transmitted;
     }
   }
   return Color(1.0f);
 }
 
 // --- Rough reflection and refraction ---------------------------------------------------------------------------------
-
-/// Probability of glass reflecting at a facet, given the walk's direction: by the tinted Fresnel term.
-inline float glass_prob_reflect(const Lobe& lobe, float fresnel) {
-  const float r = fresnel * max_component(lobe.f0), t = (1.0f - fresnel) * max_component(lobe.f90);
-  return r + t > 0.0f ? r / (r + t) : 1.0f;
-}
 
 inline LobeValue eval_rough_reflection(const Lobe& lobe, const Vec3& wi, const Vec3& wo, bool camera_is_wi) {
   LobeValue value;
@@ -203,9 +288,9 @@ inline LobeValue eval_rough_reflection(const Lobe& lobe, const Vec3& wi, const V
   Color reflectance;
   float prob_reflect = 1.0f;
   if (lobe.kind == LobeKind::glass) {
-    const float f = fresnel_dielectric(cos_m, eta);
-    reflectance = lobe.f0 * f;
-    prob_reflect = glass_prob_reflect(lobe, f);  // the same from both sides: a·m = b·m
+    const GlassFacet facet(lobe, cos_m, eta);
+    reflectance = facet.reflected;
+    prob_reflect = facet.prob_reflect;  // the same from both sides: a·m = b·m
   } else {
     reflectance = facet_reflectance(lobe, cos_m, eta);
   }
@@ -240,20 +325,24 @@ inline LobeValue eval_rough_refraction(const Lobe& lobe, const Vec3& wi, const V
   const float jacobian_wo = eta * eta * -wo_m / sqr(wi_density);
   const float jacobian_wi = wi_m / (eta * eta) / sqr(wo_density);
 
-  float transmitted = 1.0f, prob_wi = 1.0f, prob_wo = 1.0f;
-  Color tint(1.0f);
+  float prob_wi = 1.0f, prob_wo = 1.0f;
+  Color transmitted(1.0f);
   if (lobe.kind == LobeKind::glass) {
-    transmitted = fresnel_transmitted(wi_m, -wo_m, eta);
-    tint = lobe.f90;
-    const float t = transmitted * max_component(lobe.f90);
-    prob_wi = prob_wo = t > 0.0f ? t / (t + (1.0f - transmitted) * max_component(lobe.f0)) : 0.0f;
+    const GlassFacet facet(lobe, wi_m, -wo_m, eta);
+    transmitted = facet.transmitted;
+    prob_wi = prob_wo = facet.prob_transmit;
+    if (lobe.fresnel == FresnelMode::film_dielectric) {  // Films differ by the side (film_seen)
+      const GlassFacet other(lobe, -wo_m, 1.0f / eta);
+      prob_wo = other.prob_transmit;
+      if (!camera_is_wi) transmitted = other.transmitted;
+    }
   }
   // Radiance is carried as L/n²: no division by eta² (lobe.h).
   const float camera_cos = camera_is_wi ? wi.z : wo.z;
   const float jacobian_light = camera_is_wi ? jacobian_wo : jacobian_wi;
   const float camera_m = camera_is_wi ? wi_m : -wo_m;
-  value.f_cos = tint * camera_factor(lobe, camera_cos) *
-                (transmitted * d * masking(lobe, g_wi, g_wo) * camera_m * jacobian_light / std::fabs(camera_cos));
+  value.f_cos = transmitted * camera_factor(lobe, camera_cos) *
+                (d * masking(lobe, g_wi, g_wo) * camera_m * jacobian_light / std::fabs(camera_cos));
   value.pdf_solid_angle = prob_wi * g_wi * d * wi_m / std::fabs(wi.z) * jacobian_wo;
   value.pdf_reverse_solid_angle = prob_wo * g_wo * d * -wo_m / std::fabs(wo.z) * jacobian_wi;
   return value;
@@ -271,6 +360,8 @@ inline LobeValue eval_lobe(const Lobe& lobe, const Vec3& wi, const Vec3& wo, boo
       if (wi.z <= 0.0f) return value;
       return eval_rough_reflection(lobe, wi, wo, camera_is_wi);
     }
+    if (lobe.kind == LobeKind::thin_transmission)
+      return eval_rough_reflection(lobe, wi, {wo.x, wo.y, -wo.z}, camera_is_wi);
     if (lobe.kind == LobeKind::glass && wi.z * wo.z > 0.0f) return eval_rough_reflection(lobe, wi, wo, camera_is_wi);
     return eval_rough_refraction(lobe, wi, wo, camera_is_wi);
   }
@@ -282,6 +373,15 @@ inline LobeValue eval_lobe(const Lobe& lobe, const Vec3& wi, const Vec3& wo, boo
     value.pdf_reverse_solid_angle = std::fabs(wi.z) * k_inv_pi;
     return value;
   }
+  if (lobe.kind == LobeKind::rough_translucent) {
+    if (wi.z * wo.z >= 0.0f) return value;
+    const float side = wi.z > 0.0f ? 1.0f : -1.0f;
+    const Vec3 a{wi.x, wi.y, wi.z * side}, b{wo.x, wo.y, -wo.z * side};
+    value.pdf_solid_angle = b.z * k_inv_pi;
+    value.pdf_reverse_solid_angle = a.z * k_inv_pi;
+    value.f_cos = oren_nayar(lobe, a, b) * std::fabs(light.z);
+    return value;
+  }
   if (wi.z <= 0.0f || wo.z <= 0.0f) return value;
   value.pdf_solid_angle = wo.z * k_inv_pi;
   value.pdf_reverse_solid_angle = wi.z * k_inv_pi;
@@ -290,17 +390,9 @@ inline LobeValue eval_lobe(const Lobe& lobe, const Vec3& wi, const Vec3& wo, boo
     case LobeKind::diffuse:
       f = k_inv_pi;
       break;
-    case LobeKind::oren_nayar: {
-      // The qualitative model with the full normalisation of Fujii, as Cycles
-      const float sigma = lobe.param;
-      const float scale = 1.0f / (k_pi + (3.0f * k_pi - 4.0f) / 6.0f * sigma);
-      float t = dot(wi, wo) - wi.z * wo.z;
-      if (t > 0.0f) t /= std::max(wi.z, wo.z);
-      f = std::max(0.0f, scale * (1.0f + sigma * t));
-      if (!lobe.energy_compensation) break;
-      value.f_cos = (Color(f) + oren_nayar_multiple(lobe.f0, sigma, scale, wi.z, wo.z)) * light.z;
+    case LobeKind::oren_nayar:
+      value.f_cos = oren_nayar(lobe, wi, wo) * light.z;
       return value;
-    }
     case LobeKind::principled_diffuse: {
       // Burley 2015, eq. 3 and 4: Lambert with entry and exit Fresnel, plus the retro-reflective lobe
       f = k_inv_pi * principled_factor(wi.z) * principled_factor(wo.z) + principled_retro(lobe, wi, wo);
@@ -346,14 +438,21 @@ inline LobeValue eval_lobe(const Lobe& lobe, const Vec3& wi, const Vec3& wo, boo
   return value;
 }
 
+/// Probability of going back through smooth glass that a walk passes with `prob_transmit`, leaving at that cosine.
+inline float prob_transmit_reversed(const Lobe& lobe, float prob_transmit, float cos_wo) {
+  if (lobe.fresnel != FresnelMode::film_dielectric) return prob_transmit;
+  return GlassFacet(lobe, std::fabs(cos_wo), 1.0f / lobe.eta).prob_transmit;
+}
+
 /// f·cos of a delta lobe (not transparent) for cosines of the pair that it connects, wi's above 0; without the lobe's
 /// weight, and not divided by any probability.
 inline Color delta_value(const Lobe& lobe, float cos_wi, float cos_wo, bool camera_is_wi) {
   const bool reflects = cos_wo > 0.0f;
   Color value = camera_factor(lobe, camera_is_wi ? cos_wi : cos_wo);
   if (lobe.kind == LobeKind::glass) {
-    const float f = fresnel_dielectric(cos_wi, lobe.eta);
-    value *= reflects ? lobe.f0 * f : lobe.f90 * (1.0f - f);
+    const GlassFacet facet = reflects || camera_is_wi ? GlassFacet(lobe, cos_wi, lobe.eta)
+                                                      : GlassFacet(lobe, std::fabs(cos_wo), 1.0f / lobe.eta);
+    value *= reflects ? facet.reflected : facet.transmitted;
   } else if (reflects) {
     value *= facet_reflectance(lobe, cos_wi, lobe.eta);
   }
@@ -386,6 +485,7 @@ inline LobeSample sample_lobe(const Lobe& lobe, const Vec3& wi, float u_choice, 
     case LobeKind::principled_sheen:
       sample.wo = sample_cosine_hemisphere(u);
       break;
+    case LobeKind::rough_translucent:
     case LobeKind::translucent:
       sample.wo = sample_cosine_hemisphere(u);
       sample.wo.z = -sample.wo.z;
@@ -402,22 +502,27 @@ inline LobeSample sample_lobe(const Lobe& lobe, const Vec3& wi, float u_choice, 
       const Vec3 m = delta ? Vec3(0, 0, 1) : Microfacets(lobe).sample_normal(wi, u);
       const float cos_m = dot(wi, m);
       if (!(cos_m > 0.0f)) return sample;
-      bool reflects = lobe.kind == LobeKind::reflection;
-      float f = 0.0f;
+      bool reflects = lobe.kind == LobeKind::reflection || lobe.kind == LobeKind::thin_transmission;
       if (lobe.kind == LobeKind::glass) {
-        f = fresnel_dielectric(cos_m, lobe.eta);
-        sample.prob = glass_prob_reflect(lobe, f);
+        const GlassFacet facet(lobe, cos_m, lobe.eta);
+        sample.prob = facet.prob_reflect;
         reflects = u_choice < sample.prob;
-        if (!reflects) sample.prob = 1.0f - sample.prob;
+        if (!reflects) sample.prob = facet.prob_transmit;
         sample.prob_reverse = sample.prob;
       }
       if (reflects) {
         sample.wo = m * (2.0f * cos_m) - wi;
         if (sample.wo.z <= 0.0f) return sample;
+        if (lobe.kind == LobeKind::thin_transmission) {
+          sample.wo.z = -sample.wo.z;
+          sample.transmitted = true;
+        }
       } else {
         if (!refract(wi, m, lobe.eta, sample.wo) || sample.wo.z >= 0.0f) return sample;
         sample.transmitted = true;
         sample.eta = lobe.eta;
+        if (delta && lobe.kind == LobeKind::glass)
+          sample.prob_reverse = prob_transmit_reversed(lobe, sample.prob, sample.wo.z);
       }
       if (delta) sample.delta_f = delta_value(lobe, wi.z, sample.wo.z, camera_is_wi) * (1.0f / sample.prob);
     }

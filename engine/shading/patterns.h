@@ -35,6 +35,15 @@ struct Brick {
 /// Brick Texture. @param p coordinates times scale.
 Brick brick_texture(const Vec3& p, const BrickParameters& parameters);
 
+/// A place among segments around the origin, as seen from the middle of its segment's side.
+struct RadialTile {
+  float along = 0.0f, outwards = 0.0f;  ///< coordinates in the segment
+  float segment = 0.0f, width = 0.0f, rotation_rad = 0.0f;
+};
+/// Radial Tiling: the plane as rings of a polygon. @param sides at least 2, a broken number leaves a narrower last
+/// segment @param roundness of the corners, in [0, 1] @param normalize segments are 1 wide, and begin at the origin
+RadialTile radial_tiling(const Vec2& p, float sides, float roundness, bool normalize);
+
 struct Gabor {
   float value = 0.5f, phase = 0.0f, intensity = 0.0f;
 };

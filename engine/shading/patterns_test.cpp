@@ -151,5 +151,48 @@ TEST(Patterns, gabor_noise_has_mean_one_half) {
   }
 }
 
+TEST(RadialTiling, corners_of_a_square_are_where_they_belong) {
+  const RadialTile tile = radial_tiling({1.0f, 1.0f}, 4.0f, 0.0f, false);
+  EXPECT_NEAR(tile.along, 0.0f, 1e-6f);
+  EXPECT_NEAR(tile.outwards, std::sqrt(2.0f) - 1.0f, 1e-6f);
+  EXPECT_NEAR(tile.width, 1.0f, 1e-6f);
+  EXPECT_NEAR(tile.rotation_rad, 0.25f * k_pi, 1e-6f);
+  EXPECT_EQ(radial_tiling({-1.0f, 0.5f}, 4.0f, 0.0f, false).segment, 1.0f);
+  EXPECT_EQ(radial_tiling({-1.0f, -0.5f}, 4.0f, 0.0f, false).segment, 2.0f);
+}
+
+TEST(RadialTiling, distances_are_continuous_and_normalized_coordinates_fill_each_segment) {
+  constexpr int k_steps = 20000;
+  for (const float sides : {3.0f, 5.0f, 4.5f, 6.3f, 2.7f})
+    for (const float roundness : {0.0f, 0.2f, 0.7f, 1.0f})
+      for (const float distance : {0.4f, 1.0f, 2.5f}) {
+        float before = 0.0f;
+        for (int i = 0; i <= k_steps; ++i) {
+          const float angle = 2.0f * k_pi * (static_cast<float>(i) + 0.5f) / k_steps;
+          const Vec2 p{distance * std::cos(angle), distance * std::sin(angle)};
+          const RadialTile tile = radial_tiling(p, sides, roundness, true);
+          if (i == 0) before = tile.outwards;
+          ASSERT_NEAR(tile.outwards, before, 0.01f) << sides << " " << roundness << " " << angle;
+          before = tile.outwards;
+          ASSERT_GE(tile.along, -1e-2f) << sides << " " << roundness << " " << distance << " " << angle;
+          ASSERT_LE(tile.along, 1.0f + 1e-2f) << sides << " " << roundness << " " << distance << " " << angle;
+        }
+      }
+}
+
+TEST(RadialTiling, nothing_makes_it_non_finite) {
+  constexpr float k_nan = std::numeric_limits<float>::quiet_NaN();
+  const float values[] = {0.0f, -1.0f, 1e-30f, 1.0f, 2.0f, 2.5f, 1e30f, k_infinity, k_nan};
+  for (const float x : values)
+    for (const float y : values)
+      for (const float sides : values)
+        for (const float roundness : values)
+          for (const bool normalize : {false, true}) {
+            const RadialTile tile = radial_tiling({x, y}, sides, roundness, normalize);
+            for (const float v : {tile.along, tile.outwards, tile.segment, tile.width, tile.rotation_rad})
+              ASSERT_TRUE(std::isfinite(v)) << x << " " << y << " " << sides << " " << roundness;
+          }
+}
+
 }  // namespace
 }  // namespace lambent

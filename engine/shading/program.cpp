@@ -67,6 +67,12 @@ void add_closure(const ProgramData& program, const Instruction& instruction, con
       Lobe lobe = entry.lobe;
       lobe.weight *= weight;
       lobe.correlated_masking = program.correlated_masking;
+      if (lobe.kind == LobeKind::portal) {
+        lobe.tangent = lobe.param != 0.0f ? lobe.tangent - point.origin_shift : point.p_world;
+        if (length_squared(lobe.n) == 0.0f) lobe.n = point.wi_world * -1.0f;
+        sink.bsdf.add_sanitized(Bsdf::sanitized(lobe));
+        continue;
+      }
       lobe.n = entry.coat ? coat_normal : n;
       if (is_diffuse(lobe.kind) && (!looks_away || lobe.kind == LobeKind::diffuse)) lobe.n = diffuse_normal;
       if (entry.anisotropic)
@@ -85,9 +91,9 @@ void add_closure(const ProgramData& program, const Instruction& instruction, con
   }
 }
 
-// Emission or transparency of one closure; weight included.
+// Emission or transparency of one closure, as asked; weight included.
 Color sum_closure(const ProgramData& program, const Instruction& instruction, const float* registers,
-                  const ShadingPoint& point) {
+                  const ShadingPoint& point, Ask ask) {
   const ClosureUse& use = program.closures[instruction.data];
   const Operand* operand = program.operands.data() + instruction.operands;
   const float weight = *at(program, registers, *operand++);
@@ -103,6 +109,12 @@ Color sum_closure(const ProgramData& program, const Instruction& instruction, co
                  : point.ns_world;
     make_lobes(use.kind, use.model, parameters, point.backfacing, std::fabs(dot(n, point.wi_world)), made);
     color = made.emission;
+    if (ask == Ask::transparency) {
+      color = Color(0.0f);
+      for (int i = 0; i < made.count; ++i)
+        if (const Lobe lobe = Bsdf::sanitized(made.entries[i].lobe); lobe.kind == LobeKind::transparent)
+          color += lobe.weight;
+    }
   } else if (use.kind == ClosureKind::transparent) {
     color = Color(std::max(color.x, 0.0f), std::max(color.y, 0.0f), std::max(color.z, 0.0f));
   }
@@ -118,7 +130,7 @@ void run_surface(const ProgramData& program, const ShadingPoint& point, const Te
     if (instruction.op != Op::closure) {
       run_instruction(program, instruction, point, textures, registers);
     } else if (program.closures[instruction.data].kind == ClosureKind::emission) {
-      bsdf.add_emission(sum_closure(program, instruction, registers, point));
+      bsdf.add_emission(sum_closure(program, instruction, registers, point, Ask::emission));
     } else {
       add_closure(program, instruction, registers, sink);
     }
@@ -126,23 +138,25 @@ void run_surface(const ProgramData& program, const ShadingPoint& point, const Te
 }
 
 template <int registers_count>
-Color run_sum(const ProgramData& program, const Code& code, const ShadingPoint& point, const TextureSystem* textures) {
+Color run_sum(const ProgramData& program, const Code& code, const ShadingPoint& point, const TextureSystem* textures,
+              Ask ask) {
   float registers[registers_count];
   Color sum(0.0f);
   for (const Instruction& instruction : code.instructions) {
     if (instruction.op != Op::closure)
       run_instruction(program, instruction, point, textures, registers);
     else
-      sum += sum_closure(program, instruction, registers, point);
+      sum += sum_closure(program, instruction, registers, point, ask);
   }
   return sum;
 }
 
-Color sum_code(const ProgramData& program, const Code& code, const ShadingPoint& point, const TextureSystem* textures) {
+Color sum_code(const ProgramData& program, const Code& code, const ShadingPoint& point, const TextureSystem* textures,
+               Ask ask) {
   if (code.instructions.empty()) return Color(0.0f);
-  if (code.register_floats <= 64) return run_sum<64>(program, code, point, textures);
-  if (code.register_floats <= 512) return run_sum<512>(program, code, point, textures);
-  return run_sum<k_max_registers>(program, code, point, textures);
+  if (code.register_floats <= 64) return run_sum<64>(program, code, point, textures, ask);
+  if (code.register_floats <= 512) return run_sum<512>(program, code, point, textures, ask);
+  return run_sum<k_max_registers>(program, code, point, textures, ask);
 }
 
 }  // namespace
@@ -165,12 +179,12 @@ void Program::evaluate(const ShadingPoint& point, const TextureSystem* textures,
 }
 
 Color Program::transparency(const ShadingPoint& point, const TextureSystem* textures) const {
-  return sum_code(*data_, data_->transparency, point, textures);
+  return sum_code(*data_, data_->transparency, point, textures, Ask::transparency);
 }
 
 Color Program::emission(const ShadingPoint& point, const TextureSystem* textures) const {
   if (traits_.constant_emission) return traits_.emission;
-  return sum_code(*data_, data_->emission, point, textures);
+  return sum_code(*data_, data_->emission, point, textures, Ask::emission);
 }
 
 int Program::find_aov(std::string_view name) const {
@@ -181,7 +195,7 @@ int Program::find_aov(std::string_view name) const {
 
 Color Program::aov(int index, bool number, const ShadingPoint& point, const TextureSystem* textures) const {
   const AovCode& aov = data_->aovs[static_cast<size_t>(index)];
-  return sum_code(*data_, number ? aov.value : aov.color, point, textures);
+  return sum_code(*data_, number ? aov.value : aov.color, point, textures, Ask::emission);
 }
 
 size_t Program::bytes() const {

@@ -30,6 +30,7 @@ struct ProgramTraits {
   bool casts_rays = false;           ///< looks around: ShadingPoint::rays
   bool holdout = false;              ///< has holes
   bool subsurface = false;           ///< has subsurface lobes
+  bool portal = false;               ///< sends rays elsewhere
   bool subsurface_normal = false;    ///< whose normals are not the surface's
   /// The lobes or the transparency change with the direction towards the camera (Layer Weight, Fresnel, Incoming, the
   /// layers of Principled 2), so that a walk from a light must evaluate again for the direction in which it connects.

@@ -98,6 +98,7 @@ enum class Op : uint8_t {
   white_noise,          // v; variant: dimensions
   checker,
   gradient,
+  radial_tiling,
   sky,  // v(direction); data: table
   ies,  // f(direction); data: table
   // Closures
@@ -238,7 +239,8 @@ struct ClosureUse {
   bool raw_diffuse_normal =
       false;  ///< only lobes that mirror have their normals bent towards the view (Cycles from 4.0)
   /// Operands: weight, then normal, coat normal, tangent as present, then one per parameter (floats).
-  bool constant = false;  ///< parameters are: `front` and `back` are ready
+  bool constant = false;            ///< parameters are: `front` and `back` are ready
+  bool may_be_transparent = false;  ///< some of its lobes may be transparent
   LobeTemplates front, back;
   int parameter_count = 0;
 };

@@ -239,6 +239,13 @@ void run_texture_instruction(const ProgramData& program, const Instruction& inst
     case Op::gradient:
       *out = gradient(static_cast<GradientType>(variant), a.v(0));
       break;
+    case Op::radial_tiling: {  // vector, sides, roundness
+      const Vec3 p = a.v(0);
+      const RadialTile tile = radial_tiling({p.x, p.y}, a.f(1), a.f(2), variant != 0);
+      store(out, Vec3(tile.along, tile.outwards, 0.0f));
+      out[3] = tile.segment, out[4] = tile.width, out[5] = tile.rotation_rad;
+      break;
+    }
     case Op::sky:
       store(out, sky_radiance(program.tables[instruction.data], a.v(0)));
       break;

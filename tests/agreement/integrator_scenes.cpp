@@ -453,6 +453,40 @@ std::vector<IntegratorCase> lobe_cases() {
                {"Roughness", 0.35f}},
               {{"generation", 2.0f}, {"distribution", std::string("GGX")}}),
        k_round_delta);
+  const Numbers white = rgb(0.9f, 0.9f, 0.9f);
+  for (const auto& [name, roughness] : {std::pair{"film_glass_0", 0.0f}, {"film_glass_3", 0.3f}})
+    ball(name,
+         single("BsdfGlass",
+                {{"Color", white}, {"Roughness", roughness}, {"IOR", 1.5f}, {"Thin Film Thickness", 400.0f}},
+                {{"distribution", std::string("GGX")}}),
+         k_round_delta);
+  ball("film_metal", single("BsdfMetallic", {{"Roughness", 0.35f}, {"Thin Film Thickness", 400.0f}}), k_round);
+  ball("thin_wall",
+       single("BsdfPrincipled",
+              {{"Base Color", rgb(0.7f, 0.8f, 0.9f)},
+               {"Thin Wall", 1.0f},
+               {"Transmission Weight", 0.6f},
+               {"Roughness", 0.6f},
+               {"Subsurface Weight", 0.7f},
+               {"Diffuse Roughness", 0.5f}},
+              {{"generation", 2.0f}, {"distribution", std::string("MULTI_GGX")}}),
+       k_round_delta);
+  ball("thin_wall_smooth",
+       single("BsdfPrincipled",
+              {{"Base Color", rgb(0.7f, 0.8f, 0.9f)},
+               {"Thin Wall", 1.0f},
+               {"Transmission Weight", 0.8f},
+               {"Roughness", 0.0f}},
+              {{"generation", 2.0f}, {"distribution", std::string("MULTI_GGX")}}),
+       k_round_delta);
+  GraphMaker portal;
+  {
+    const int place = portal.add("CombineXYZ", {{"X", 0.5f}, {"Y", -0.5f}, {"Z", 0.8f}});
+    const int through = portal.add("BsdfRayPortal", {{"Color", white}, {"Position", Link{place, "Vector"}}});
+    const int lambert = portal.add("BsdfDiffuse", {{"Color", white}});
+    portal.add("MixShader", {{"Fac", 0.5f}, {"Shader", Link{through, "BSDF"}}, {"Shader_001", Link{lambert, "BSDF"}}});
+  }
+  ball("portal", portal.surface(), k_round_delta);
   // The same on the corridor's floor, where photons serve too.
   cases.push_back({"lobe_flat_glossy", lit_corridor(glossy(0.5f)), k_all});
   cases.push_back({"lobe_flat_subsurface",

@@ -100,6 +100,35 @@ inline std::vector<LobeCase> lobe_cases(float alpha) {
   metal.f0 = Color(0.9f, 0.7f, 0.3f);
   metal.f90 = Color(0.95f, 0.8f, 0.6f);
   add("ggx reflection, f82", metal);
+  Lobe film = schlick;
+  film.fresnel = FresnelMode::film_dielectric;
+  film.film_nm = 400.0f;
+  film.film_eta = 1.33f;
+  add("ggx reflection, film", film);
+  film = metal;
+  film.fresnel = FresnelMode::film_f82;
+  film.film_nm = 250.0f;
+  film.film_eta = 1.8f;
+  add("ggx reflection, film over f82", film);
+  film.fresnel = FresnelMode::film_conductor;
+  film.f0 = Color(0.2f, 0.9f, 1.3f);
+  film.f90 = Color(3.9f, 2.4f, 2.2f);
+  add("ggx reflection, film over conductor", film);
+  for (const auto& [nm, film_eta, eta] :
+       {std::tuple{400.0f, 1.33f, 1.5f}, {300.0f, 1.7f, 1.0f / 1.45f}, {0.5f, 2.0f, 1.45f}}) {
+    film = make_lobe(LobeKind::glass, alpha, alpha);
+    film.fresnel = FresnelMode::film_dielectric;
+    film.film_nm = nm;
+    film.film_eta = film_eta;
+    film.eta = eta;
+    film.f90 = Color(0.9f, 0.5f, 0.2f);
+    add("ggx glass, film of " + std::to_string(nm) + " nm", film, true, true);
+  }
+  add("thin_transmission", make_lobe(LobeKind::thin_transmission, alpha, alpha), true, true);
+  Lobe rough_translucent = make_lobe(LobeKind::rough_translucent);
+  rough_translucent.param = std::sqrt(alpha);
+  rough_translucent.energy_compensation = true;
+  add("rough_translucent", rough_translucent, true, true);
   Lobe compensated = make_lobe(LobeKind::reflection, alpha, alpha);
   compensated.energy_compensation = true;
   add("ggx reflection, multiscatter", compensated, false);
@@ -127,6 +156,7 @@ inline Bsdf plane_bsdf(const std::vector<Lobe>& lobes, const Vec3& wi) {
     if (wi.z < 0.0f) {
       lobe.n = lobe.n * -1.0f;
       lobe.eta = 1.0f / lobe.eta;
+      lobe.film_eta *= lobe.eta;
     }
     bsdf.add(lobe);
   }

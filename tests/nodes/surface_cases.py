@@ -54,6 +54,19 @@ def add_shader(kind, label, inputs=None, **properties):
     k_cases.append((kind, label, lambda tree, _thing: shader(tree, kind, inputs, **properties).outputs[0]))
 
 
+def add_sheet(kind, label, inputs=None, **properties):
+    """A case of a shader that light goes through once: the far side of the sphere is not seen from within. Spheres cast no
+    shadow; if they were seen, how much light comes through would depend on how lights and directions share the samples."""
+    if not hasattr(bpy.types, "ShaderNode" + kind):
+        return
+
+    def build(tree, thing):
+        thing.visible_transmission = False
+        return shader(tree, kind, inputs, **properties).outputs[0]
+
+    k_cases.append((kind, label, build))
+
+
 def add_value(kind, output, label="", inputs=None, **properties):
     """A case of one output of a node that computes a value."""
     if not hasattr(bpy.types, "ShaderNode" + kind):
@@ -105,8 +118,31 @@ def add_simple_shaders():
 
             k_cases.append(("Tangent", f"{direction} {axis} in a glossy shader", tangent))
             add_value("Tangent", "Tangent", f"{direction} {axis}", direction_type=direction, axis=axis)
-    add_shader("BsdfTranslucent", "", {"Color": k_blue})
+    add_sheet("BsdfTranslucent", "", {"Color": k_blue})
     add_shader("BsdfTransparent", "", {"Color": k_blue})
+    if hasattr(bpy.types, "ShaderNodeBsdfRayPortal"):
+
+        @case("BsdfRayPortal", "straight on")
+        def straight(tree, _thing):
+            return shader(tree, "BsdfRayPortal", {"Color": k_blue}).outputs[0]
+
+        @case("BsdfRayPortal", "elsewhere")
+        def elsewhere(tree, _thing):
+            geometry = shader(tree, "NewGeometry").outputs
+            far = shader(tree, "VectorMath", {}, operation="MULTIPLY_ADD")
+            tree.links.new(geometry["Position"], far.inputs[0])
+            far.inputs[1].default_value, far.inputs[2].default_value = (1.0, 1.0, 1.0), (0.0, 0.0, 5.0)
+            inputs = {"Color": k_blue, "Position": far.outputs[0], "Direction": geometry["Normal"]}
+            return shader(tree, "BsdfRayPortal", inputs).outputs[0]
+
+        @case("BsdfRayPortal", "half")
+        def half_portal(tree, _thing):
+            node = shader(tree, "MixShader")
+            tree.links.new(shader(tree, "BsdfDiffuse", {"Color": k_blue}).outputs[0], node.inputs[1])
+            direction = shader(tree, "NewGeometry").outputs["Normal"]
+            tree.links.new(shader(tree, "BsdfRayPortal", {"Direction": direction}).outputs[0], node.inputs[2])
+            return node.outputs[0]
+
     @case("Emission", "", emits=True)
     def emission(tree, _thing):
         return shader(tree, "Emission", {"Color": k_blue, "Strength": 1.5}).outputs[0]
@@ -130,6 +166,16 @@ def add_simple_shaders():
         add_shader("BsdfHairPrincipled", parametrization, parametrization=parametrization)
     for falloff in items("SubsurfaceScattering", "falloff"):
         add_shader("SubsurfaceScattering", falloff, {"Color": k_blue, "Scale": 0.2}, falloff=falloff)
+    for kind in ("BsdfGlass", "BsdfMetallic"):
+        if not hasattr(bpy.types, "ShaderNode" + kind) or "Thin Film Thickness" not in shader_inputs(kind):
+            continue
+        for fresnel in items(kind, "fresnel_type") or (None,):
+            for thickness, index in ((400.0, 1.33), (1500.0, 1.8), (0.5, 1.5)):
+                add_shader(kind, " ".join(filter(None, (fresnel, f"film {thickness} {index}"))),
+                           {"Roughness": 0.2, "Thin Film Thickness": thickness, "Thin Film IOR": index},
+                           distribution="GGX", **({"fresnel_type": fresnel} if fresnel else {}))  # fmt: skip
+    if hasattr(bpy.types, "ShaderNodeBsdfGlass") and "Thin Film Thickness" in shader_inputs("BsdfGlass"):
+        add_shader("BsdfGlass", "film of a bubble", {"IOR": 1.0, "Thin Film Thickness": 350.0})
     for fresnel in items("BsdfMetallic", "fresnel_type"):
         for distribution in items("BsdfMetallic", "distribution"):
             add_shader("BsdfMetallic", f"{fresnel} {distribution}", {"Roughness": 0.3}, fresnel_type=fresnel,
@@ -205,7 +251,14 @@ def add_principled():
         sets["diffuse roughness"] = {"Diffuse Roughness": 0.8}
         sets["thin film"] = {"Thin Film Thickness": 400.0, "Roughness": 0.2}
         sets["thin film metal"] = {"Thin Film Thickness": 400.0, "Metallic": 1.0, "Roughness": 0.2}
+        sets["thin film glass"] = {"Thin Film Thickness": 300.0, "Transmission Weight": 1.0, "Roughness": 0.1}
         sets["thin wall"] = {"Thin Wall": True, "Transmission Weight": 0.8}
+        sets["thin wall, rough"] = {"Thin Wall": True, "Transmission Weight": 1.0, "Roughness": 0.3}
+        sets["thin wall, smooth"] = {"Thin Wall": True, "Transmission Weight": 1.0, "Roughness": 0.0}
+        sets["thin wall, film"] = {"Thin Wall": True, "Transmission Weight": 1.0, "Roughness": 0.3,
+                                   "Thin Film Thickness": 400.0}  # fmt: skip
+        sets["thin wall, subsurface"] = {"Thin Wall": True, "Subsurface Weight": 0.8, "Subsurface Anisotropy": 0.4}
+        sets["thin wall, rough subsurface"] = {"Thin Wall": True, "Subsurface Weight": 0.8, "Diffuse Roughness": 0.6}
     else:
         sets["tinted specular"] = {"Specular Tint": 1.0, "Roughness": 0.2}
         sets["rough transmission"] = {"Transmission": 1.0, "Roughness": 0.1, "Transmission Roughness": 0.3}
@@ -214,8 +267,8 @@ def add_principled():
     for distribution in items("BsdfPrincipled", "distribution"):
         for label, values in sets.items():
             if all(name in names for name in values):
-                add_shader("BsdfPrincipled", f"{label} ({distribution})", {"Base Color": k_blue, **values},
-                           distribution=distribution)  # fmt: skip
+                add = add_sheet if "Thin Wall" in values and "smooth" not in label else add_shader
+                add("BsdfPrincipled", f"{label} ({distribution})", {"Base Color": k_blue, **values}, distribution=distribution)
 
 
 def add_inputs():

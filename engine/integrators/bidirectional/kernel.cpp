@@ -739,7 +739,15 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
         u_roulette = exit_numbers.roulette;
         if (scattered.event == k_scatter_none) break;
       }
-      if (!(scattered.event & k_scatter_transparent)) {
+      if (scattered.event & k_scatter_portal) {
+        // A vertex that only camera walks have: light arrives at none, and none comes here from the next.
+        const Vec3& exit = portal_exit(bsdf.lobes()[static_cast<size_t>(scattered.lobe)]);
+        if (i > 1) pdfs_.light[i - 1] = 0.0f;
+        pdfs_.flags[i] = 0;
+        events_.append(k_scatter_glossy | k_scatter_transmission | k_scatter_delta);
+        m_ = i;
+        last_ = {exit, scattered.wo_world, scattered.wo_world, scattered.pdf_solid_angle, false, hit.instance};
+      } else if (!(scattered.event & k_scatter_transparent)) {
         const bool delta = scattered.event & k_scatter_delta;
         if (!pass_.set.camera_scatters && !delta) break;
         if (i > 1) {
@@ -761,7 +769,10 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
     if (is_black(throughput_)) break;
 
     if (!bounces_.advance(scattered.event, settings_.bounces)) break;
-    if (scattered.event & k_scatter_transparent) {
+    if (scattered.event & k_scatter_portal) {
+      distance_before_ = 0.0f;
+      depended_ = true;  // as if the way to the next vertex depended on the camera's: no light walk has it
+    } else if (scattered.event & k_scatter_transparent) {
       distance_before_ = distance;
       depended_ = depended_ || program.traits().path_dependent;
     } else {
@@ -781,6 +792,10 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
     ray =
         ray_from_surface(hit.p_world, hit.p_error, hit.ng_world, scattered.wo_world, bounces_.ray_kind & k_visible_all);
     ray.t_max = t_max;
+    if (scattered.event & k_scatter_portal) {
+      ray.t_max = k_infinity;
+      ray.origin = start_beyond_portal(bsdf.lobes()[static_cast<size_t>(scattered.lobe)], hit.p_world, ray.origin);
+    }
     if (scene_.profile().shadow_linking && !(scattered.event & k_scatter_transparent)) add_shadow_linked(ray);
   }
   return estimate_;

@@ -232,7 +232,11 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
         if (scattered.event == k_scatter_none) break;
         u_roulette = exit_numbers.roulette;
       }
-      if (!(scattered.event & k_scatter_transparent)) {
+      if (scattered.event & k_scatter_portal) {
+        // What comes next is met by this ray alone: from here no light is looked for.
+        const Vec3& exit = portal_exit(bsdf.lobes()[static_cast<size_t>(scattered.lobe)]);
+        last_ = {exit, scattered.wo_world, scattered.pdf_solid_angle, false, hit.instance};
+      } else if (!(scattered.event & k_scatter_transparent)) {
         last_ = {hit.p_world, scattered_normal, scattered.pdf_solid_angle, !(scattered.event & k_scatter_delta),
                  hit.instance};
         if (passes_) passes_->scattered(bsdf, point.wi_world, scattered);
@@ -243,7 +247,7 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
 
     if (!bounces_.advance(scattered.event, settings_.bounces)) break;
     if (scattered.event & k_scatter_transparent) {
-      distance_before_ = distance;
+      distance_before_ = scattered.event & k_scatter_portal ? 0.0f : distance;
     } else {
       only_transparent_ = false;
       distance_before_ = 0.0f;
@@ -260,6 +264,10 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
     ray =
         ray_from_surface(hit.p_world, hit.p_error, hit.ng_world, scattered.wo_world, bounces_.ray_kind & k_visible_all);
     ray.t_max = t_max;
+    if (scattered.event & k_scatter_portal) {
+      ray.t_max = k_infinity;
+      ray.origin = start_beyond_portal(bsdf.lobes()[static_cast<size_t>(scattered.lobe)], hit.p_world, ray.origin);
+    }
     if (scene_.profile().shadow_linking && !(scattered.event & k_scatter_transparent)) add_shadow_linked(ray);
   }
   return estimate_;

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run by packaging/quickstart inside Blender: renders the open scene with Lambent to OUT.exr and OUT.png.
+"""Run by packaging/quickstart inside Blender: renders the open scene with Lambent to OUT.exr and OUT.png by an INTEGRATOR of its.
 
-    blender -b scene.blend --python-exit-code 1 --python render_picture.py -- OUT SAMPLES
+    blender -b scene.blend --python-exit-code 1 --python render_picture.py -- OUT SAMPLES INTEGRATOR
 """
 
 import sys
@@ -20,19 +20,20 @@ def save(scene, path, media_type="IMAGE", **settings):
 
 
 def main():
-    out, samples = sys.argv[sys.argv.index("--") + 1 :]
+    out, samples, integrator = sys.argv[sys.argv.index("--") + 1 :]
     scene = bpy.context.scene
     if not hasattr(scene, "lambent"):
         raise RuntimeError("the Lambent add-on is not enabled: run packaging/install_addon")
     scene.render.engine = "LAMBENT"
     scene.lambent.samples = int(samples)
+    scene.lambent.integrator = integrator
     start = time.monotonic()
     bpy.ops.render.render()  # raises when the engine reports an error
     seconds = time.monotonic() - start
     save(scene, out + ".exr", file_format="OPEN_EXR", color_depth="32", exr_codec="ZIP", color_mode="RGB")
     save(scene, out + ".png", file_format="PNG", color_depth="8", color_mode="RGB")
     size = scene.render.resolution_x, scene.render.resolution_y
-    print(f"render_picture: {size[0]}x{size[1]} pixels, {samples} samples each, in {seconds:.1f} s")
+    print(f"render_picture: {size[0]}x{size[1]} pixels, {samples} samples each by {integrator}, in {seconds:.1f} s")
 
 
 main()

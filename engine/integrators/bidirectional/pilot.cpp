@@ -63,141 +63,168 @@ Judgement judge(const LightSet& lights, const EmissionAim& aim, const std::vecto
   return worth > 0.0 ? Judgement{sum / worth, sqr(worth) / squares} : Judgement{};
 }
 
+/// One run of the rounds.
 template <KernelProfile profile>
-EmissionAim learn(const Scene& scene, const IntegratorSettings& settings, const TechniqueSet& set, Film& film,
-                  float footprint_m, const CancelFlag& cancel, RayCounts& counts) {
-  const LightSet& lights = scene.lights();
-  const Rectangle& region = film.region();
-  const double pixels = static_cast<double>(region.width) * region.height;
-  if (!(footprint_m > 0.0f) || !(pixels > 0.0) || !(lights.flux() > 0.0)) return {};
+class Pilot {
+ public:
+  Pilot(const Scene& scene, const IntegratorSettings& settings, const TechniqueSet& set, Film& film, float footprint_m,
+        const CancelFlag& cancel, RayCounts& counts)
+      : scene_(scene),
+        lights_(scene.lights()),
+        settings_(settings),
+        film_(film),
+        region_(film.region()),
+        footprint_m_(footprint_m),
+        cancel_(cancel),
+        counts_(counts),
+        pixels_(static_cast<double>(region_.width) * region_.height),
+        light_walks_(static_cast<int>(std::clamp(0.5 * pixels_, 1.0 * k_least_walks, 1.0 * k_most_walks)) / k_piece *
+                     k_piece),
+        seed_(hash_u32(settings.seed ^ 0x5bd1e995u)) {
+    settings_.observer = nullptr;
+    settings_.passes = nullptr;
+    settings_.others = {};
+    settings_.clamp_direct = settings_.clamp_indirect = 0.0f;
+    // What merging brings stands for all that light walks bring.
+    pass_.set = set.weighted() ? set : k_techniques_ppm;
+    pass_.set.connections = pass_.set.shared_lights = pass_.set.light_tracing = false;
+    pass_.set.merging = true;
+    pass_.set.first_merge_camera = pass_.set.first_merge_light = 1;
+    pass_.counts.max_light_vertices = std::clamp(settings.bounces.total, 0, 15) + 1;
+    pass_.counts.light_paths = static_cast<float>(pixels_);
+    pass_.correlation_aware = false;
+  }
 
-  IntegratorSettings quiet = settings;
-  quiet.observer = nullptr;
-  quiet.passes = nullptr;
-  quiet.others = {};
-  quiet.clamp_direct = quiet.clamp_indirect = 0.0f;
-  // What merging brings stands for all that light walks bring: a photon weighs as if it were merged with in its pixel.
-  Pass pass;
-  pass.set = set;
-  if (!set.weighted()) pass.set = k_techniques_ppm;
-  pass.set.connections = pass.set.shared_lights = pass.set.light_tracing = false;
-  pass.set.merging = true;
-  pass.set.first_merge_camera = pass.set.first_merge_light = 1;
-  pass.counts.max_light_vertices = std::clamp(settings.bounces.total, 0, 15) + 1;
-  pass.counts.light_paths = static_cast<float>(pixels);
-  pass.correlation_aware = false;
+  EmissionAim learn() {
+    EmissionAim aim;
+    for (int round = 0; round < k_rounds; ++round) {
+      const bool last = round + 1 == k_rounds;
+      pass_.aim = &aim;
+      std::vector<Start> starts = run_round(round, light_walks_ / (last ? 2 : 4));
+      if (cancel_.cancelled()) return {};
+      std::vector<EmissionArrival> arrivals;
+      for (const Start& start : starts) arrivals.push_back(start.arrival);
+      aim = EmissionAim(arrivals, k_least_target * lights_.scene_radius());
+      const Judgement judged = judge(lights_, aim, starts);
+      if (judged.noise > k_worthwhile && (last || judged.walks > k_enough_walks)) return {};
+    }
+    return aim;
+  }
 
-  const uint32_t seed = hash_u32(settings.seed ^ 0x5bd1e995u);
-  EmissionAim aim;
-  const int light_walks =
-      static_cast<int>(std::clamp(0.5 * pixels, 1.0 * k_least_walks, 1.0 * k_most_walks)) / k_piece * k_piece;
-  for (int round = 0; round < k_rounds; ++round) {
-    const bool last = round + 1 == k_rounds;
-    const int camera_walks = light_walks / (last ? 2 : 4);
-    const EmissionAim used = std::move(aim);
-    pass.aim = &used;
-    const double spacing_px = std::sqrt(pixels / camera_walks);
-    const float radius_px = std::max(k_least_radius_px, static_cast<float>(1.5 * spacing_px));
-    pass.radius_scale = radius_px;
-    pass.radius_limit_m = 3.0f * radius_px * footprint_m;
-    pass.counts.merge_paths = static_cast<float>(pixels) / (k_pi * sqr(radius_px));
+ private:
+  /// Returns the light walks with what each was worth.
+  std::vector<Start> run_round(int round, int camera_walks) {
+    const float radius_px = std::max(k_least_radius_px, static_cast<float>(1.5 * std::sqrt(pixels_ / camera_walks)));
+    pass_.radius_scale = radius_px;
+    pass_.radius_limit_m = 3.0f * radius_px * footprint_m_;
+    // A photon weighs as if it were merged with in its pixel alone.
+    pass_.counts.merge_paths = static_cast<float>(pixels_) / (k_pi * sqr(radius_px));
 
-    const auto sampler_of = [&](int walk) { return Sampler(seed, 0, round, static_cast<uint32_t>(walk)); };
-    std::vector<Piece> pieces(static_cast<size_t>(light_walks / k_piece));
-    std::mutex counts_mutex;
-    const auto add_counts = [&](Kernel<profile>& kernel) {
-      const std::lock_guard lock(counts_mutex);
-      counts += kernel.take_counts();
-    };
-    tbb::parallel_for(size_t{0}, pieces.size(), [&](size_t p) {
-      Kernel<profile> kernel(scene, quiet, pass, film);
-      Piece& piece = pieces[p];
-      for (int i = 0; i < k_piece && !cancel.cancelled(); ++i) {
-        Start start;
-        start.record = static_cast<uint32_t>(piece.batch.records.size());
-        kernel.light_sample(sampler_of(static_cast<int>(p) * k_piece + i), &piece.batch, /*silent=*/true);
-        const LightWalk& walk = kernel.light_walk();
-        if (walk.size() == 0) continue;
-        const LightKind kind = lights.kind(walk.light());
-        start.n_light = walk.start().n_light_world;
-        start.direction = walk.start().direction_world;
-        start.distance_m = length(walk[0].surface.p_world - walk.start().p_light_world);
-        start.arrival = {walk.light(), kind == LightKind::sun || kind == LightKind::environment,
-                         walk[0].surface.p_world, 0.0f};
-        piece.starts.push_back(start);
-      }
-      add_counts(kernel);
-    });
-    if (cancel.cancelled()) return {};
-
+    std::vector<Piece> pieces(static_cast<size_t>(light_walks_ / k_piece));
+    tbb::parallel_for(size_t{0}, pieces.size(), [&](size_t p) { trace_lights(round, static_cast<int>(p), pieces[p]); });
     std::vector<Start> starts;
     std::vector<PhotonBatch*> batches;
-    uint32_t before = 0;
+    uint32_t records = 0;
     for (Piece& piece : pieces) {
       for (Start start : piece.starts) {
-        start.record += before;
+        start.record += records;
         starts.push_back(start);
       }
-      before += static_cast<uint32_t>(piece.batch.records.size());
+      records += static_cast<uint32_t>(piece.batch.records.size());
       batches.push_back(&piece.batch);
     }
     PhotonMap photons;
-    const float radius_m = radius_px * footprint_m;
-    photons.build(batches, std::min(2.0f * radius_m, 4.0f * lights.scene_radius()), scene.geometry().bounds_world(),
-                  static_cast<uint64_t>(light_walks), settings.threads, cancel);
-    pass.photons = &photons;
-
-    // What of its sample's light each walk brought, in fixed point: sums do not depend on their order.
-    constexpr float k_unit = 1 << 20;
+    photons.build(batches, std::min(2.0f * radius_px * footprint_m_, 4.0f * lights_.scene_radius()),
+                  scene_.geometry().bounds_world(), static_cast<uint64_t>(light_walks_), settings_.threads, cancel_);
+    pass_.photons = &photons;
+    // In fixed point, so that sums do not depend on their order.
     std::vector<std::atomic<uint64_t>> worth(starts.size());
-    tbb::parallel_for(0, camera_walks / k_piece, [&](int p) {
-      Kernel<profile> kernel(scene, quiet, pass, film);
-      std::vector<std::pair<uint32_t, float>> merged;
-      kernel.note_merged(&merged);
-      for (int i = p * k_piece; i < (p + 1) * k_piece && !cancel.cancelled(); ++i) {
-        // Evenly over the picture by two irrational steps (Roberts 2018, "The Unreasonable Effectiveness of
-        // Quasirandom Sequences").
-        const auto step = [&](double by, int extent) {
-          return std::min(static_cast<int>((i * by - std::floor(i * by)) * extent), extent - 1);
-        };
-        const int x = region.x + step(0.7548776662466927, region.width);
-        const int y = region.y + step(0.5698402909980532, region.height);
-        const Sampler sampler(seed, x, y, static_cast<uint32_t>(round + 1));
-        const Vec2 raster(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
-        const Vec2 lens = scene.profile().depth_of_field ? sampler.get_2d(k_dimension_lens) : Vec2(0.0f);
-        merged.clear();
-        const PathEstimate estimate = kernel.camera_sample(sampler, scene.camera().sample_ray(raster, lens), x, y);
-        const float seen = luminance(abs(estimate.radiance));
-        for (const auto& [record, brought] : merged) {
-          if (!(brought > 0.0f) || !(seen > 0.0f)) continue;
-          const auto start = std::upper_bound(starts.begin(), starts.end(), record,
-                                              [](uint32_t r, const Start& s) { return r < s.record; });
-          worth[static_cast<size_t>(start - starts.begin()) - 1].fetch_add(
-              static_cast<uint64_t>(std::min(brought / seen, 1.0f) * k_unit), std::memory_order_relaxed);
-        }
-      }
-      add_counts(kernel);
-    });
-    if (cancel.cancelled()) return {};
-    std::vector<EmissionArrival> arrivals;
-    for (size_t i = 0; i < starts.size(); ++i) {
+    tbb::parallel_for(0, camera_walks / k_piece, [&](int p) { trace_camera(round, p, camera_walks, starts, worth); });
+    pass_.photons = nullptr;
+    for (size_t i = 0; i < starts.size(); ++i)
       starts[i].arrival.worth = static_cast<float>(worth[i].load(std::memory_order_relaxed));
-      arrivals.push_back(starts[i].arrival);
-    }
-    aim = EmissionAim(arrivals, k_least_target * lights.scene_radius());
-    pass.photons = nullptr;
-    const Judgement judged = judge(lights, aim, starts);
-    if (judged.noise > k_worthwhile && (last || judged.walks > k_enough_walks)) return {};
+    return starts;
   }
-  return aim;
-}
+
+  void trace_lights(int round, int number, Piece& piece) {
+    Kernel<profile> kernel(scene_, settings_, pass_, film_);
+    for (int i = number * k_piece; i < (number + 1) * k_piece && !cancel_.cancelled(); ++i) {
+      Start start;
+      start.record = static_cast<uint32_t>(piece.batch.records.size());
+      kernel.light_sample(Sampler(seed_, 0, round, static_cast<uint32_t>(i)), &piece.batch, /*silent=*/true);
+      const LightWalk& walk = kernel.light_walk();
+      if (walk.size() == 0) continue;
+      const LightKind kind = lights_.kind(walk.light());
+      start.n_light = walk.start().n_light_world;
+      start.direction = walk.start().direction_world;
+      start.distance_m = length(walk[0].surface.p_world - walk.start().p_light_world);
+      start.arrival = {walk.light(), kind == LightKind::sun || kind == LightKind::environment, walk[0].surface.p_world,
+                       0.0f};
+      piece.starts.push_back(start);
+    }
+    add_counts(kernel);
+  }
+
+  /// Adds to each light walk what part of a sample's light it brought.
+  void trace_camera(int round, int number, int camera_walks, const std::vector<Start>& starts,
+                    std::vector<std::atomic<uint64_t>>& worth) {
+    constexpr float k_unit = 1 << 20;
+    Kernel<profile> kernel(scene_, settings_, pass_, film_);
+    std::vector<std::pair<uint32_t, float>> merged;
+    kernel.note_merged(&merged);
+    for (int i = number * k_piece; i < (number + 1) * k_piece && !cancel_.cancelled(); ++i) {
+      // Evenly over the picture by two irrational steps (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom
+      // Sequences").
+      const auto step = [&](double by, int extent) {
+        return std::min(static_cast<int>((i * by - std::floor(i * by)) * extent), extent - 1);
+      };
+      const int x = region_.x + step(0.7548776662466927, region_.width);
+      const int y = region_.y + step(0.5698402909980532, region_.height);
+      const Sampler sampler(seed_, x, y, static_cast<uint32_t>(round + 1));
+      const Vec2 raster(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
+      const Vec2 lens = scene_.profile().depth_of_field ? sampler.get_2d(k_dimension_lens) : Vec2(0.0f);
+      merged.clear();
+      const PathEstimate estimate = kernel.camera_sample(sampler, scene_.camera().sample_ray(raster, lens), x, y);
+      const float seen = luminance(abs(estimate.radiance));
+      for (const auto& [record, brought] : merged) {
+        if (!(brought > 0.0f) || !(seen > 0.0f)) continue;
+        const auto next = std::upper_bound(starts.begin(), starts.end(), record,
+                                           [](uint32_t r, const Start& s) { return r < s.record; });
+        worth[static_cast<size_t>(next - starts.begin()) - 1].fetch_add(
+            static_cast<uint64_t>(std::min(brought / seen, 1.0f) * k_unit), std::memory_order_relaxed);
+      }
+    }
+    add_counts(kernel);
+  }
+
+  void add_counts(Kernel<profile>& kernel) {
+    const std::lock_guard lock(counts_mutex_);
+    counts_ += kernel.take_counts();
+  }
+
+  const Scene& scene_;
+  const LightSet& lights_;
+  IntegratorSettings settings_;
+  Film& film_;
+  const Rectangle region_;
+  const float footprint_m_;
+  const CancelFlag& cancel_;
+  RayCounts& counts_;
+  std::mutex counts_mutex_;
+  const double pixels_;
+  const int light_walks_;
+  const uint32_t seed_;
+  Pass pass_;
+};
 
 }  // namespace
 
 template <KernelProfile profile>
 EmissionAim learn_aim(const Scene& scene, const IntegratorSettings& settings, const TechniqueSet& set, Film& film,
                       float footprint_m, const CancelFlag& cancel, RayCounts& counts) {
-  const auto work = [&] { return learn<profile>(scene, settings, set, film, footprint_m, cancel, counts); };
+  const Rectangle& region = film.region();
+  if (!(footprint_m > 0.0f) || region.width <= 0 || region.height <= 0 || !(scene.lights().flux() > 0.0)) return {};
+  const auto work = [&] { return Pilot<profile>(scene, settings, set, film, footprint_m, cancel, counts).learn(); };
   return settings.threads > 0 ? tbb::task_arena(settings.threads).execute(work) : work();
 }
 

@@ -37,6 +37,9 @@ struct Node {
   std::vector<std::vector<float>> curves;         ///< curve nodes: interleaved x, y
 };
 
+/// What a displacement does: turn normals, move the mesh's vertices, or both.
+enum class DisplacementMethod : uint8_t { bump, displacement, both };
+
 /// Invariant after validation: every Link names an existing node; links form no cycle is NOT guaranteed (the compiler
 /// reports it).
 struct Graph {
@@ -45,6 +48,7 @@ struct Graph {
   std::vector<int> aovs;            ///< OutputAOV nodes: what shader AOV passes read
   int cycles_version = 304;         ///< whose rules shaders follow: 100 · major + minor
   bool bump_map_correction = true;  ///< bumped diffuse surfaces darken towards the smooth surface's terminator
+  DisplacementMethod displacement_method = DisplacementMethod::bump;
 };
 
 // --- Datablocks ---------------------------------------------------------------------------------------------------

@@ -17,6 +17,10 @@ inline constexpr Choice<Kind> k_kinds[] = {
 inline constexpr Choice<Domain> k_domains[] = {
     {"vertex", Domain::vertex}, {"corner", Domain::corner}, {"face", Domain::face}};
 inline constexpr Choice<Domain> k_normal_domains[] = {{"vertex", Domain::vertex}, {"corner", Domain::corner}};
+inline constexpr Choice<DisplacementMethod> k_displacement_methods[] = {
+    {"BUMP", DisplacementMethod::bump},
+    {"DISPLACEMENT", DisplacementMethod::displacement},
+    {"BOTH", DisplacementMethod::both}};
 inline constexpr Choice<AttributeRole> k_roles[] = {
     {"generic", AttributeRole::generic}, {"uv", AttributeRole::uv}, {"color", AttributeRole::color}};
 inline constexpr Choice<AlphaMode> k_alpha_modes[] = {{"straight", AlphaMode::straight},

@@ -36,6 +36,7 @@ inline Graph full_graph() {
   graph.nodes = {ramp, noise, curves};
   graph.surface = Link{2, "Color"};
   graph.displacement = Link{1, "Fac"};
+  graph.displacement_method = DisplacementMethod::both;
   graph.volume = Link{0, "Color"};
   return graph;
 }

@@ -27,6 +27,7 @@ Vec3 projected(const Vec3& v, const Vec3& n) { return normalize(v - n * dot(v, n
 }  // namespace
 
 void TriangleMesh::prepare_tangents(int index) const {
+  if (undisplaced_) return undisplaced_->prepare_tangents(index);
   Tangents& tangents = *tangents_[static_cast<size_t>(index)];
   std::call_once(tangents.made, [&] {
     std::vector<CornerTangent> corner_tangents(3 * size_t(triangle_count_));
@@ -95,6 +96,7 @@ void TriangleMesh::prepare_tangents(int index) const {
 }
 
 Vec4 TriangleMesh::tangent(int index, uint32_t primitive, const Vec2& barycentric) const {
+  if (undisplaced_) return undisplaced_->tangent(index, primitive, barycentric);
   prepare_tangents(index);
   const Vec4* corner = tangents_[static_cast<size_t>(index)]->corners.data() + 3 * size_t(primitive);
   const float u = barycentric.x, v = barycentric.y;

@@ -76,6 +76,12 @@ class TriangleMesh {
   /// the triangles kept. Attributes and normals with a wrong count are reported and left out. Never fails: what is
   /// unusable altogether gives an empty mesh and a report. Cost: one pass over the arrays.
   static std::shared_ptr<const TriangleMesh> create(MeshInput input, Report& report);
+  /// The same mesh with its vertices elsewhere: attributes, tangents and what undisplaced() gives stay those of `mesh`,
+  /// whose arrays are shared. @param positions float[vertex_count][3], finite where those of the mesh are
+  /// @param normals as many as mesh.normals(), in the same domain; empty: flat
+  static std::shared_ptr<const TriangleMesh> create_displaced(std::shared_ptr<const TriangleMesh> mesh,
+                                                              std::vector<float> positions, std::vector<float> normals,
+                                                              Report& report);
   ~TriangleMesh();
   TriangleMesh(const TriangleMesh&) = delete;
   TriangleMesh& operator=(const TriangleMesh&) = delete;
@@ -123,6 +129,11 @@ class TriangleMesh {
   /// Whether the corners lie on a line: no normal, never emits.
   bool is_degenerate(uint32_t primitive) const { return area(primitive) <= 0.0; }
 
+  /// What it was before its vertices moved; itself if none did.
+  const TriangleMesh& undisplaced() const { return undisplaced_ ? *undisplaced_ : *this; }
+
+  std::span<const float> normals() const { return normals_.values; }  ///< float[N][3]; zero: the geometric normal
+  AttributeDomain normals_domain() const { return normals_domain_; }  ///< vertex or corner
   bool has_normals() const { return !normals_.empty(); }
   /// Unit; follows the winding p0, p1, p2. The zero vector for a degenerate triangle.
   Vec3 geometric_normal(uint32_t primitive) const;
@@ -151,7 +162,7 @@ class TriangleMesh {
   /// Unit tangent (direction of growing first coordinate of a UV set) interpolated over smooth corners, and in w the
   /// sign (+1 or -1) of the bitangent: bitangent = w · cross(shading_normal, tangent). `index` from find_uv(); the zero
   /// vector where the UVs are degenerate. The first call for a UV set computes it for the whole mesh;
-  /// prepare_tangents() does so beforehand.
+  /// prepare_tangents() does so beforehand. Displaced meshes have those from before.
   Vec4 tangent(int index, uint32_t primitive, const Vec2& barycentric) const;
   void prepare_tangents(int index) const;
 
@@ -177,6 +188,7 @@ class TriangleMesh {
   AttributeDomain normals_domain_ = AttributeDomain::corner;
   std::vector<MeshAttribute> attributes_;
   Vec3 texture_space_location_{0.0f}, texture_space_size_{1.0f};
+  std::shared_ptr<const TriangleMesh> undisplaced_;  ///< null: itself
   std::vector<std::shared_ptr<Tangents>> tangents_;  ///< by attribute; made once when first asked for
 };
 

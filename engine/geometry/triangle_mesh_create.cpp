@@ -155,6 +155,28 @@ std::shared_ptr<const TriangleMesh> TriangleMesh::create(MeshInput input, Report
   return mesh;
 }
 
+std::shared_ptr<const TriangleMesh> TriangleMesh::create_displaced(std::shared_ptr<const TriangleMesh> mesh,
+                                                                   std::vector<float> positions,
+                                                                   std::vector<float> normals, Report& report) {
+  MeshInput input;
+  input.name = mesh->name_;
+  input.positions = SharedSpan<float>(std::move(positions));
+  input.triangles = mesh->triangles_;
+  input.triangle_corners = mesh->triangle_corners_;
+  input.triangle_faces = mesh->triangle_faces_;
+  input.triangle_materials = mesh->triangle_materials_;
+  if (!normals.empty()) input.normals = SharedSpan<float>(std::move(normals));
+  input.normals_domain = mesh->normals_domain_;
+  input.attributes = mesh->attributes_;
+  input.active_uv = mesh->active_uv_;
+  input.active_color = mesh->active_color_;
+  input.texture_space_location = mesh->texture_space_location_;
+  input.texture_space_size = mesh->texture_space_size_;
+  const auto made = std::const_pointer_cast<TriangleMesh>(create(std::move(input), report));
+  made->undisplaced_ = std::move(mesh);
+  return made;
+}
+
 void TriangleMesh::leave_out_unusable(Report& report) {
   const float* positions = positions_.values.data();
   const uint32_t* indices = triangles_.values.data();

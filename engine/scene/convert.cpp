@@ -74,6 +74,17 @@ ShaderGraph shader_graph(const description::Graph& graph) {
   result.aovs = graph.aovs;
   result.cycles_version = graph.cycles_version;
   result.bump_map_correction = graph.bump_map_correction;
+  switch (graph.displacement_method) {
+    case description::DisplacementMethod::bump:
+      result.displacement_method = DisplacementMethod::bump;
+      break;
+    case description::DisplacementMethod::displacement:
+      result.displacement_method = DisplacementMethod::displacement;
+      break;
+    case description::DisplacementMethod::both:
+      result.displacement_method = DisplacementMethod::both;
+      break;
+  }
   return result;
 }
 

@@ -2,20 +2,11 @@
 
 #include <unordered_set>
 
-#include "engine/base/frame.h"
+#include "engine/scene/mesh_attributes.h"
 
 namespace lambent {
 
 namespace {
-
-/// Extent of one pixel on a surface from the width of the ray's cone there: as wide in all directions, whatever the
-/// angle, as Cycles' compact differentials, so that bumps are as steep.
-void footprint(const Vec3& n, float width_m, Vec3& dpdx, Vec3& dpdy) {
-  const Vec3 diagonal = cross(Vec3(1.0f), n);
-  const float sine = length(diagonal);
-  dpdx = sine > 1e-4f ? diagonal * (width_m / sine) : Frame::from_normal(n).s * width_m;
-  dpdy = cross(n, dpdx);
-}
 
 /// Solves v = du * dpdu + dv * dpdv for a tangential v (least squares).
 Vec2 barycentric_change(const Vec3& v, const Vec3& dpdu, const Vec3& dpdv) {
@@ -72,60 +63,12 @@ void Scene::fill_shading_point(const SurfaceHit& hit, const SurfaceBinding& bind
   const std::span<const AttributeRequest> requests = binding.program->attribute_requests();
   if (requests.empty()) return;
 
-  Vec2 dx{0, 0}, dy{0, 0};
+  MeshPoint at{*hit.mesh, hit.primitive, hit.barycentric, instance.mirrored, cone.width_m + cone.spread * ray_length};
   if (differentials) {
-    dx = barycentric_change(point.dpdx_world, hit.dpdu_world, hit.dpdv_world);
-    dy = barycentric_change(point.dpdy_world, hit.dpdu_world, hit.dpdv_world);
+    at.dx = barycentric_change(point.dpdx_world, hit.dpdu_world, hit.dpdv_world);
+    at.dy = barycentric_change(point.dpdy_world, hit.dpdu_world, hit.dpdv_world);
   }
-  const TriangleMesh& mesh = *hit.mesh;
-  for (size_t i = 0; i < requests.size() && i < k_max_attributes; ++i) {
-    AttributeValue& value = point.attributes[i];
-    const int index = binding.attributes[i];
-    switch (requests[i].kind) {
-      case AttributeRequest::Kind::generated: {
-        const Vec3 p_object = instance.object_from_world.point(hit.p_world);
-        const Vec3 generated = mesh.generated(p_object);
-        value = AttributeValue::constant({generated.x, generated.y, generated.z, 1.0f});
-        if (differentials) {
-          const Vec3 x = mesh.generated(p_object + instance.object_from_world.vector(point.dpdx_world)) - generated;
-          const Vec3 y = mesh.generated(p_object + instance.object_from_world.vector(point.dpdy_world)) - generated;
-          value.ddx = {x.x, x.y, x.z, 0.0f};
-          value.ddy = {y.x, y.y, y.z, 0.0f};
-        }
-        break;
-      }
-      case AttributeRequest::Kind::tangent: {
-        value = AttributeValue::constant(Vec4(0.0f));
-        if (index < 0) break;
-        const Vec4 tangent = mesh.tangent(index, hit.primitive, hit.barycentric);
-        const Vec3 world = normalize(instance.world_from_object.vector({tangent.x, tangent.y, tangent.z}));
-        value.value = {world.x, world.y, world.z, instance.mirrored ? -tangent.w : tangent.w};
-        break;
-      }
-      case AttributeRequest::Kind::object:
-        value = AttributeValue::constant(index < 0 ? Vec4(0.0f) : object_values_[static_cast<size_t>(index)]);
-        break;
-      default: {
-        const bool other = requests[i].kind == AttributeRequest::Kind::named;
-        if (index < 0) {
-          value = AttributeValue::constant(Vec4(0.0f, 0.0f, 0.0f, other ? 1.0f : 0.0f));
-        } else if (differentials) {
-          const TriangleMesh::AttributeGradient gradient =
-              mesh.attribute_gradient(index, hit.primitive, hit.barycentric);
-          value.value = gradient.value;
-          value.ddx = gradient.du * dx.x + gradient.dv * dx.y;
-          value.ddy = gradient.du * dy.x + gradient.dv * dy.y;
-        } else {
-          value = AttributeValue::constant(mesh.attribute(index, hit.primitive, hit.barycentric));
-        }
-        if (index >= 0 && requests[i].kind == AttributeRequest::Kind::number) {
-          const int components = mesh.attributes()[static_cast<size_t>(index)].components;
-          for (Vec4* v : {&value.value, &value.ddx, &value.ddy})
-            v->x = components <= 2 ? v->x : (v->x + v->y + v->z) * (1.0f / 3.0f);
-        }
-      }
-    }
-  }
+  fill_attributes(at, requests, binding.attributes, object_values_, differentials, point);
 }
 
 Color Scene::environment(const Vec3& direction_world, const PathCounts& counts) const {

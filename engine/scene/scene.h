@@ -12,6 +12,7 @@
 #include "engine/camera/camera.h"
 #include "engine/geometry/geometry.h"
 #include "engine/lights/light_set.h"
+#include "engine/scene/mesh_attributes.h"
 #include "engine/scene/profile.h"
 #include "engine/scene/shader_rays.h"
 #include "engine/shading/program.h"
@@ -22,7 +23,7 @@ namespace lambent {
 /// A material as it meets a mesh: the program and where the mesh keeps what the program asks for.
 struct SurfaceBinding {
   std::shared_ptr<const Program> program;
-  std::array<int16_t, k_max_attributes> attributes{};  ///< by request: index of the mesh's attribute; -1: none
+  AttributeIndices attributes{};
   uint32_t material_pass_index = 0;
   float material_id = 0.0f;       ///< name_id of the material, if some pass asks for it
   bool samples_emission = false;  ///< its triangles are in the LightSet

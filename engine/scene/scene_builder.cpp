@@ -58,6 +58,7 @@ void SceneBuilder::State::prepare_textures(const SceneDescription& description) 
   if (image_table == description.images) return;
   image_table = description.images;
   std::erase_if(materials, [](const auto& entry) { return uses_images(entry.first->graph); });
+  std::erase_if(displacements, [](const auto& entry) { return uses_images(entry.first->graph); });
   std::erase_if(worlds, [](const auto& entry) { return uses_images(entry.first->graph); });
   std::erase_if(lights, [](const auto& entry) { return entry.first->graph && uses_images(*entry.first->graph); });
 }
@@ -150,7 +151,7 @@ void SceneBuilder::State::place_objects(Build& build) {
   for (const auto& [id, object] : description.objects) {
     const auto found = description.meshes.find(object->mesh);
     Bounds3 box(Vec3(0.0f));
-    if (found != description.meshes.end()) box = mesh(found->second)->bounds_object();
+    if (found != description.meshes.end()) box = shape_of(build, *object, found->second)->bounds_object();
     if (box.isEmpty()) continue;
     for (const Transform& transform : instance_transforms(*object, Vec3d(0.0)))
       if (transform.is_finite()) bounds.extendBy(transform.bounds(box));
@@ -167,7 +168,7 @@ void SceneBuilder::State::place_objects(Build& build) {
                          "Object '" + object->name + "' uses mesh '" + object->mesh + "', which does not exist");
       continue;
     }
-    std::shared_ptr<const TriangleMesh> shape = mesh(found->second);
+    std::shared_ptr<const TriangleMesh> shape = shape_of(build, *object, found->second);
     const bool without_faces = !found->second->triangles || found->second->triangles->rows() == 0;
     if (without_faces && object->transforms && visibility_mask(object->visibility) != 0)
       build.report.info(
@@ -212,43 +213,52 @@ uint32_t SceneBuilder::State::bind_materials(Build& build, const description::Ob
         if (build.ids) binding.material_id = name_id(found->second->name);
       }
     }
-    const std::span<const AttributeRequest> requests = binding.program->attribute_requests();
-    binding.attributes.fill(-1);
-    for (size_t i = 0; i < requests.size() && i < k_max_attributes; ++i) {
-      const AttributeRequest& request = requests[i];
-      int index = -1;
-      switch (request.kind) {
-        case AttributeRequest::Kind::named:
-        case AttributeRequest::Kind::number:
-          index = mesh.find_attribute(request.name);
-          break;
-        case AttributeRequest::Kind::object:
-          if (const auto value = object.attributes.find(request.name); value != object.attributes.end()) {
-            std::vector<Vec4>& values = build.scene->object_values_;
-            const Vec4 v(value->second[0], value->second[1], value->second[2], value->second[3]);
-            const auto known = std::find(values.begin(), values.end(), v);
-            if (known - values.begin() <= std::numeric_limits<int16_t>::max())
-              index = static_cast<int>(known - values.begin());
-            if (known == values.end() && index >= 0) values.push_back(v);
-          }
-          break;
-        case AttributeRequest::Kind::uv:
-          index = mesh.find_uv(request.name);
-          break;
-        case AttributeRequest::Kind::color:
-          index = mesh.find_color(request.name);
-          break;
-        case AttributeRequest::Kind::tangent:
-          index = mesh.find_uv(request.name);
-          if (index >= 0) mesh.prepare_tangents(index);
-          break;
-        case AttributeRequest::Kind::generated:
-          break;
-      }
-      binding.attributes[i] = static_cast<int16_t>(index);
-    }
+    binding.attributes = bind_attributes(build, *binding.program, object, mesh);
   }
   return first;
+}
+
+AttributeIndices SceneBuilder::State::bind_attributes(Build& build, const Program& program,
+                                                      const description::Object& object, const TriangleMesh& mesh) {
+  const std::span<const AttributeRequest> requests = program.attribute_requests();
+  AttributeIndices indices;
+  indices.fill(-1);
+  for (size_t i = 0; i < requests.size() && i < k_max_attributes; ++i) {
+    const AttributeRequest& request = requests[i];
+    int index = -1;
+    switch (request.kind) {
+      case AttributeRequest::Kind::named:
+      case AttributeRequest::Kind::number:
+        index = mesh.find_attribute(request.name);
+        break;
+      case AttributeRequest::Kind::object:
+        if (const auto value = object.attributes.find(request.name); value != object.attributes.end()) {
+          std::vector<Vec4>& values = build.scene->object_values_;
+          const Vec4 v(value->second[0], value->second[1], value->second[2], value->second[3]);
+          const auto known = std::find(values.begin(), values.end(), v);
+          if (known - values.begin() <= std::numeric_limits<int16_t>::max())
+            index = static_cast<int>(known - values.begin());
+          if (known == values.end() && index >= 0) values.push_back(v);
+        }
+        break;
+      case AttributeRequest::Kind::uv:
+        index = mesh.find_uv(request.name);
+        break;
+      case AttributeRequest::Kind::color:
+        index = mesh.find_color(request.name);
+        break;
+      case AttributeRequest::Kind::tangent:
+        index = mesh.find_uv(request.name);
+        if (index >= 0) mesh.prepare_tangents(index);
+        break;
+      case AttributeRequest::Kind::generated:
+      case AttributeRequest::Kind::undisplaced:
+      case AttributeRequest::Kind::undisplaced_normal:
+        break;
+    }
+    indices[i] = static_cast<int16_t>(index);
+  }
+  return indices;
 }
 
 uint16_t SceneBuilder::State::light_group(Build& build, const std::string& name) {
@@ -326,6 +336,7 @@ Result<std::shared_ptr<const Scene>> SceneBuilder::build(const SceneDescription&
   forget_unused(state.meshes, description.meshes);
   forget_unused(state.images, description.images);
   forget_unused(state.materials, description.materials);
+  forget_unused(state.displacements, description.materials);
   forget_unused(state.worlds, description.worlds);
   forget_unused(state.lights, description.lights);
   state.prepare_textures(description);
@@ -333,7 +344,7 @@ Result<std::shared_ptr<const Scene>> SceneBuilder::build(const SceneDescription&
   // A first camera, to have a Scene to fill; it is made again once the origin shift is known.
   Result<Camera> first_camera = Camera::create(camera_spec(*camera->second, settings, Vec3d(0.0)));
   if (!first_camera) return Error{first_camera.error()};
-  State::Build build{description, cancel, report, std::shared_ptr<Scene>(new Scene(*first_camera)), {}, {}, {},
+  State::Build build{description, cancel, report, std::shared_ptr<Scene>(new Scene(*first_camera)), {}, {}, {}, {},
                      false,       {},     {}};
   for (const description::Pass& pass : settings.passes) build.ids = build.ids || pass.kind.starts_with("cryptomatte");
   build.scene->textures_ = state.textures;
@@ -341,6 +352,7 @@ Result<std::shared_ptr<const Scene>> SceneBuilder::build(const SceneDescription&
   state.load_images(build);
   if (!state.collect_meshes(build)) return Error{k_cancelled};
   for (const auto& [source, loaded] : state.images) report.append(loaded.report);
+  if (!state.displace_meshes(build)) return Error{k_cancelled};
   state.place_objects(build);
   for (const auto& [source, compiled] : state.materials) report.append(compiled.report);
   if (cancel.cancelled()) return Error{k_cancelled};

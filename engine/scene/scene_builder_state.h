@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/geometry/vertex_normals.h"
 #include "engine/scene/scene_builder.h"
 #include "engine/shading/graph.h"
 
@@ -41,6 +42,22 @@ inline bool uses_images(const description::Graph& graph) {
   return any;
 }
 
+/// A mesh whose vertices some materials have moved, and everything that they went by.
+struct DisplacedMesh {
+  std::vector<std::shared_ptr<const Program>> programs;  ///< by material slot; null: does not move
+  std::vector<bool> recomputed;                          ///< by slot: its normals are made anew
+  CornerNormals corner_normals = CornerNormals::kept;
+  std::vector<float> place;  ///< what the programs read of the object
+  bool asks_the_same(const DisplacedMesh& other) const {
+    return programs == other.programs && recomputed == other.recomputed && corner_normals == other.corner_normals;
+  }
+
+  std::shared_ptr<const TriangleMesh> mesh, shape;  ///< before and after; null shape: nothing moves
+  std::vector<uint32_t> not_finite;                 ///< by slot: vertices that stay for that reason
+  Report report;
+  bool used = false;  ///< in this build
+};
+
 struct SceneBuilder::State {
   SceneBuilderOptions options;
   std::shared_ptr<TextureSystem> textures;
@@ -49,6 +66,8 @@ struct SceneBuilder::State {
   Cache<description::Image, TextureHandle> images;
   description::Table<description::Image> image_table;  ///< that the programs below were compiled with
   Cache<description::Material, std::shared_ptr<const Program>> materials;
+  Cache<description::Material, std::shared_ptr<const Program>> displacements;  ///< null: none
+  std::unordered_map<const TriangleMesh*, std::vector<std::unique_ptr<DisplacedMesh>>> displaced_meshes;
   Cache<description::World, std::shared_ptr<const Program>> worlds;
   Cache<description::Light, std::shared_ptr<const Program>> lights;
   std::pair<std::shared_ptr<const Program>, EnvironmentLight> world_map;  ///< the last world's importance map
@@ -63,7 +82,8 @@ struct SceneBuilder::State {
     /// Objects that have a usable mesh, in the order of GeometryObject.
     std::vector<std::pair<const description::Object*, uint32_t>> mesh_objects;  ///< and number among all objects
     std::vector<GeometryObject> geometry_objects;
-    std::vector<uint32_t> first_bindings;                        ///< by geometry object
+    std::vector<uint32_t> first_bindings;  ///< by geometry object
+    std::unordered_map<const description::Object*, std::shared_ptr<const TriangleMesh>> displaced;
     bool ids = false;                                            ///< some pass asks for ids of names
     std::map<std::string, uint8_t> receiver_sets, blocker_sets;  ///< LinkSets by the names that lights give
     LinkSets links_of(const description::Object& object) const;
@@ -75,7 +95,20 @@ struct SceneBuilder::State {
   std::shared_ptr<const Program> material(Build& build, const std::string& id, const std::string& object);
   std::shared_ptr<const TriangleMesh> mesh(const std::shared_ptr<const description::Mesh>& source);
   bool collect_meshes(Build& build);
+  bool displace_meshes(Build& build);
+  std::shared_ptr<const Program> displacement(Build& build, const std::string& material_id);
+  std::unique_ptr<DisplacedMesh> asked_displacement(Build& build, const description::Object& object,
+                                                    const std::shared_ptr<const TriangleMesh>& mesh);
+  void displace(Build& build, const description::Object& object, DisplacedMesh& displaced);
+  /// The mesh that an object shows, displaced if its materials ask for it.
+  std::shared_ptr<const TriangleMesh> shape_of(Build& build, const description::Object& object,
+                                               const std::shared_ptr<const description::Mesh>& source) {
+    const auto found = build.displaced.find(&object);
+    return found == build.displaced.end() ? mesh(source) : found->second;
+  }
   void place_objects(Build& build);
+  static AttributeIndices bind_attributes(Build& build, const Program& program, const description::Object& object,
+                                          const TriangleMesh& mesh);
   uint32_t bind_materials(Build& build, const description::Object& object, const TriangleMesh& mesh);
   void add_instances(Build& build);
   /// Number of a light group, new ones included; 0 for no name.

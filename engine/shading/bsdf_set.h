@@ -42,6 +42,8 @@ class Bsdf {
   }
 
   void set_bump_shadowing(BumpShadowing rule) { bump_shadowing_ = rule; }
+  /// Takes the place of the point's interpolated normal: a displacement's bump is not darkened as bump maps are.
+  void set_shading_normal(const Vec3& n_world) { ns_world_ = n_world; }
 
   /// Drops the lobes that reflect, that refract or both, mirrors included: what a walk meets after a diffuse surface
   /// where caustics are switched off (Cycles drops closures, not paths; so the rest is sampled as if they were not

@@ -33,8 +33,7 @@ TypedValue texture_coordinate(Compiler& c, int n, S socket, int shift) {
   if (socket == "Object") {
     if (!c.text(n, "object", "").empty())
       c.warn_unsupported(n, "coordinates of another object are taken of the object itself");
-    if (shift) c.program().traits.needs_differentials = true;
-    return vector_of(e.operation(Op::object_position, shift, {}, 3));
+    return vector_of(c.object_position(shift));
   }
   if (socket == "Reflection") return vector_of(e.operation(Op::reflection, 0, {}, 3));
   if (socket == "Camera") return vector_of(e.operation(Op::camera_position, 0, {}, 3));
@@ -524,8 +523,11 @@ TypedValue normal_map(Compiler& c, int n, S, int) {
                                c.normal(0)};
   if (space == 0) arguments.push_back(c.attribute(AttributeRequest::Kind::tangent, c.text(n, "uv_map", ""), 0));
   const bool newer = c.follows(400), directx = c.text(n, "convention", "OPENGL") == "DIRECTX";
-  return vector_of(c.expressions().operation(
-      Op::normal_map, space + (newer ? k_normal_map_newer : 0) + (directx ? k_normal_map_directx : 0), arguments, 3));
+  const bool original = c.displaces() && c.follows(500) && space == 0 && c.text(n, "base", "ORIGINAL") == "ORIGINAL";
+  if (original) arguments.push_back(c.attribute(AttributeRequest::Kind::undisplaced_normal, "", 0));
+  const int variant = space + (newer ? k_normal_map_newer : 0) + (directx ? k_normal_map_directx : 0) +
+                      (original ? k_normal_map_original : 0);
+  return vector_of(c.expressions().operation(Op::normal_map, variant, arguments, 3));
 }
 
 TypedValue bump(Compiler& c, int n, S, int) {
@@ -551,10 +553,13 @@ TypedValue displacement(Compiler& c, int n, S, int shift) {
                   {c.number(n, "Height", 0, shift), c.number(n, "Midlevel", 0.5f, shift), e.number(0)}, 1);
   const Value scaled = e.operation(Op::math, static_cast<int>(MathOperation::multiply),
                                    {height, c.number(n, "Scale", 1, shift), e.number(0)}, 1);
-  const Value normal =
-      c.is_linked(n, "Normal") ? c.vector(n, "Normal", Vec3(0, 0, 1), shift) : e.operation(Op::normal, 0, {}, 3);
-  if (c.text(n, "space", "WORLD") == "WORLD") return vector_of(e.operation(Op::scale_color, 0, {normal, scaled}, 3));
-  const Value along = e.operation(Op::object_normal_of, 0, {normal}, 3);
+  if (e.is_number(scaled, 0.0f)) return vector_of(e.vector(Vec3(0.0f)));
+  const bool given = c.is_linked(n, "Normal"), world = c.text(n, "space", "WORLD") == "WORLD";
+  const Value normal = given   ? c.vector(n, "Normal", Vec3(0, 0, 1), shift)
+                       : world ? e.operation(Op::normal, 0, {}, 3)
+                               : e.operation(Op::object_normal, 0, {}, 3);
+  if (world) return vector_of(e.operation(Op::scale_color, 0, {normal, scaled}, 3));
+  const Value along = given ? e.operation(Op::object_normal_of, 0, {normal}, 3) : normal;
   return vector_of(
       e.operation(Op::vector_transform, k_object_to_world, {e.operation(Op::scale_color, 0, {along, scaled}, 3)}, 3));
 }

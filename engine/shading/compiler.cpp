@@ -222,8 +222,17 @@ Value Compiler::generated(int shift) {
   return expressions_.part(attribute(AttributeRequest::Kind::generated, "", shift), 0, 3);
 }
 Value Compiler::position(int shift) {
+  if (undisplaced_)
+    return expressions_.part(attribute(AttributeRequest::Kind::undisplaced, follows(500) ? "" : "compact", shift), 0,
+                             3);
   if (shift) program_->traits.needs_differentials = true;
   return expressions_.operation(Op::position, shift, {}, 3);
+}
+Value Compiler::object_position(int shift) {
+  constexpr int k_point_to_object = 12;  // Op::vector_transform's variant
+  if (undisplaced_) return expressions_.operation(Op::vector_transform, k_point_to_object, {position(shift)}, 3);
+  if (shift) program_->traits.needs_differentials = true;
+  return expressions_.operation(Op::object_position, shift, {}, 3);
 }
 Value Compiler::normal(int) {
   if (bumped_normal_.expression >= 0) return bumped_normal_;
@@ -316,6 +325,7 @@ void Compiler::add_closure(ClosureUse use, const Value& weight, const std::vecto
                            const std::vector<Value>& parameters) {
   if (expressions_.is_number(weight, 0.0f)) return;
   use.parameter_count = static_cast<int>(parameters.size());
+  use.bumped_by_displacement = use.has_normal && has_bumped_normal() && normals[0] == bumped_normal_;
   bool constant = true;
   float values[k_max_closure_parameters] = {};
   for (size_t i = 0; i < parameters.size(); ++i) {
@@ -384,29 +394,121 @@ bool Compiler::add_aov(int index) {
 
 // --- The whole -----------------------------------------------------------------------------------------------------
 
+void Compiler::add_bump() {
+  // The displaced height at three points turns the normal. If the vertices are moved too, all of that is as it was
+  // before, and in object space (shader_graph.cpp of Cycles).
+  const bool both = displaces();
+  undisplaced_ = both;
+  const TypedValue here = output(*graph_.displacement, 0);
+  const Value n = both && follows(500)
+                      ? expressions_.part(attribute(AttributeRequest::Kind::undisplaced_normal, "", 0), 0, 3)
+                      : expressions_.operation(Op::normal, 0, {}, 3);
+  const auto height = [&](const TypedValue& displacement) {
+    return expressions_.operation(Op::vector_math_float, static_cast<int>(VectorOperation::dot),
+                                  {to_vector(displacement), n}, 1);
+  };
+  const Value h = height(here), hx = height(output(*graph_.displacement, 1)),
+              hy = height(output(*graph_.displacement, 2));
+  if (!(h == hx && h == hy)) {
+    filter_bumps(follows(405) ? 0.1f : 1.0f);
+    std::vector<Value> operands{n, expressions_.number(1.0f), expressions_.number(1.0f), h, hx, hy};
+    if (both)
+      for (const int shift : {1, 2})
+        operands.push_back(expressions_.operation(
+            Op::vector_math, static_cast<int>(VectorOperation::subtract),
+            {position(shift), position(0), expressions_.vector(Vec3(0.0f)), expressions_.number(1.0f)}, 3));
+    const int variant = (follows(400) ? k_bump_newer : 0) | (both ? k_bump_object : 0);
+    bumped_normal_ = expressions_.operation(Op::bump, variant, std::move(operands), 3);
+    program_->traits.needs_differentials = true;
+  }
+  undisplaced_ = false;
+  memo_.clear();  // values of the unbumped normal and of the position before
+}
+
+namespace {
+
+bool reads_orientation(Op op) {
+  switch (op) {
+    case Op::normal:
+    case Op::true_normal:
+    case Op::default_tangent:
+    case Op::bitangent:
+    case Op::reflection:
+    case Op::vector_transform:
+    case Op::world_tangent:
+    case Op::normal_map:
+      return true;
+    default:
+      return false;
+  }
+}
+bool reads_place(Op op) {
+  switch (op) {
+    case Op::position:
+    case Op::object_location:
+    case Op::object_index:
+    case Op::material_index:
+    case Op::object_random:
+    case Op::object_color:
+      return true;
+    default:
+      return false;
+  }
+}
+bool reads_camera(Op op) {
+  switch (op) {
+    case Op::view_distance:
+    case Op::view_vector:
+    case Op::view_depth:
+    case Op::camera_position:
+    case Op::window_position:
+      return true;
+    default:
+      return false;
+  }
+}
+
+}  // namespace
+
+std::shared_ptr<const Program> Compiler::compile_displacement() {
+  if (!displaces()) return nullptr;
+  constexpr int k_object_to_world = 1;  // Op::vector_transform's variant
+  const Value world = to_vector(output(*graph_.displacement, 0));
+  const Value offset = expressions_.argument_of(world, Op::vector_transform, k_object_to_world);
+  program_->displaces_in_object_space = !(offset == world);
+  std::vector<Value> parts;
+  bool zero = true;
+  for (int k = 0; k < 3; ++k) {
+    parts.push_back(expressions_.part(offset, k, 1));
+    zero = zero && expressions_.is_number(parts.back(), 0.0f);
+  }
+  if (zero) return nullptr;
+  if (!expressions_.generate({{0, parts}}, program_->displacement)) {
+    report_.error("unsupported", name_,
+                  "The displacement of '" + name_ + "' is too large; its meshes stay as they are.");
+    return nullptr;
+  }
+  ProgramTraits& traits = program_->traits;
+  traits.reads_place = expressions_.depends_on(parts, reads_place);
+  traits.reads_orientation = !program_->displaces_in_object_space || expressions_.depends_on(parts, reads_orientation);
+  for (const AttributeRequest& request : program_->requests) {
+    traits.reads_place |= request.kind == AttributeRequest::Kind::object;
+    traits.reads_orientation |= request.kind == AttributeRequest::Kind::tangent;
+  }
+  if (expressions_.depends_on(parts, reads_camera))
+    report_.warning(
+        "unsupported", name_,
+        "The displacement of '" + name_ + "' reads the camera, which is taken to be at the world's origin.");
+  return std::make_shared<Program>(std::move(program_));
+}
+
 std::shared_ptr<const Program> Compiler::compile() {
   if (graph_.volume) {
     report_.warning("unsupported", name_, "The volume of '" + name_ + "' is not rendered yet; its surface is.");
   }
-  if (graph_.displacement && subject_ == Subject::material) {
-    // As Blender's default method, bump only: the displaced height at three points turns the normal.
-    const TypedValue here = output(*graph_.displacement, 0);
-    const Value n = expressions_.operation(Op::normal, 0, {}, 3);
-    const auto height = [&](const TypedValue& displacement) {
-      return expressions_.operation(Op::vector_math_float, static_cast<int>(VectorOperation::dot),
-                                    {to_vector(displacement), n}, 1);
-    };
-    const Value h = height(here), hx = height(output(*graph_.displacement, 1)),
-                hy = height(output(*graph_.displacement, 2));
-    if (!(h == hx && h == hy)) {
-      filter_bumps(follows(405) ? 0.1f : 1.0f);
-      const int variant = follows(400) ? k_bump_newer : 0;
-      bumped_normal_ = expressions_.operation(Op::bump, variant,
-                                              {n, expressions_.number(1.0f), expressions_.number(1.0f), h, hx, hy}, 3);
-      program_->traits.needs_differentials = true;
-      memo_.clear();  // values that used the unbumped normal
-    }
-  }
+  if (graph_.displacement && subject_ == Subject::material &&
+      graph_.displacement_method != DisplacementMethod::displacement)
+    add_bump();
   if (graph_.surface) add_closures(*graph_.surface, expressions_.number(1.0f));
   for (const int index : graph_.aovs)
     if (subject_ == Subject::world) {
@@ -506,6 +608,10 @@ std::shared_ptr<const Program> Compiler::finish() {
 std::shared_ptr<const Program> compile_material(const ShaderGraph& graph, const std::string& material_name,
                                                 const ImageResolver& images, Report& report) {
   return Compiler(graph, Subject::material, material_name, images, report).compile();
+}
+std::shared_ptr<const Program> compile_displacement(const ShaderGraph& graph, const std::string& material_name,
+                                                    const ImageResolver& images, Report& report) {
+  return Compiler(graph, Subject::material, material_name, images, report).compile_displacement();
 }
 std::shared_ptr<const Program> compile_world(const ShaderGraph& graph, const std::string& world_name,
                                              const ImageResolver& images, Report& report) {

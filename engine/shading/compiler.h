@@ -37,6 +37,8 @@ class Compiler {
            Report& report);
 
   std::shared_ptr<const Program> compile();
+  /// What moves vertices; null if nothing does.
+  std::shared_ptr<const Program> compile_displacement();
 
   // --- For the definitions of nodes ---------------------------------------------------------------------------------
   const GraphNode& node(int index) const { return graph_.nodes[index]; }
@@ -70,7 +72,13 @@ class Compiler {
   Value uv(int shift);
   Value generated(int shift);
   Value position(int shift);
+  Value object_position(int shift);
   Value normal(int shift);
+  /// The material moves vertices.
+  bool displaces() const {
+    return subject_ == Subject::material && graph_.displacement &&
+           graph_.displacement_method != DisplacementMethod::bump;
+  }
   /// A displacement turns the default normal, so that closures need it as an operand.
   bool has_bumped_normal() const { return bumped_normal_.expression >= 0; }
   Value object_normal(int shift);
@@ -91,6 +99,8 @@ class Compiler {
  private:
   /// Adds what an AOV output node shows; false if it takes too many registers.
   bool add_aov(int node);
+  /// Makes the displacement the default normal's bump.
+  void add_bump();
   const GraphValue* find_input(int node, const char* socket) const;
   /// x, or `otherwise` with a message if x is NaN or infinite.
   float finite(int node, const char* socket, float x, float otherwise);
@@ -105,6 +115,7 @@ class Compiler {
   };
 
   bool bump_is_filtered_ = false;
+  bool undisplaced_ = false;  ///< positions are those before displacement
   const ShaderGraph& graph_;
   Subject subject_;
   std::string name_;

@@ -31,6 +31,14 @@ class Expressions {
     return {value.expression, value.offset + offset, width};
   }
 
+  /// The argument of which a value is the whole result of an operation with one; the value itself if it is not.
+  Value argument_of(const Value& value, Op op, int variant) const {
+    const Node& node = nodes_[value.expression];
+    const bool is_result = !node.constant && node.op == op && node.variant == variant && value.offset == 0 &&
+                           value.width == node.width && node.arguments.size() == 1;
+    return is_result ? node.arguments[0] : value;
+  }
+
   bool is_constant(const Value& value) const { return nodes_[value.expression].constant; }
   /// Of a constant value.
   const float* constant(const Value& value) const { return nodes_[value.expression].values.data() + value.offset; }

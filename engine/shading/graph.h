@@ -34,6 +34,9 @@ struct GraphNode {
   std::vector<std::vector<float>> curves;        ///< curve nodes: interleaved x, y
 };
 
+/// What a displacement does: turn normals, move the mesh's vertices, or both.
+enum class DisplacementMethod : uint8_t { bump, displacement, both };
+
 /// Links may dangle or form cycles: the compiler reports them and uses default values.
 struct ShaderGraph {
   std::vector<GraphNode> nodes;
@@ -41,6 +44,7 @@ struct ShaderGraph {
   std::vector<int> aovs;            ///< nodes of type OutputAOV
   int cycles_version = 304;         ///< whose rules the nodes follow: 100 · major + minor
   bool bump_map_correction = true;  ///< bumped diffuse surfaces darken towards the smooth surface's terminator
+  DisplacementMethod displacement_method = DisplacementMethod::bump;
 };
 
 /// Texture of an image id; null if there is no such image (reported by the compiler, pink).
@@ -51,6 +55,9 @@ using ImageResolver = std::function<TextureHandle(const std::string& image_id)>;
 /// Cycles. @param material_name the user's, for messages.
 std::shared_ptr<const Program> compile_material(const ShaderGraph& graph, const std::string& material_name,
                                                 const ImageResolver& images, Report& report);
+/// Compiles what moves the vertices of meshes with a material: Program::displacement(). Null if nothing does.
+std::shared_ptr<const Program> compile_displacement(const ShaderGraph& graph, const std::string& material_name,
+                                                    const ImageResolver& images, Report& report);
 /// Compiles a world: its emission() is the radiance seen along -wi_world.
 std::shared_ptr<const Program> compile_world(const ShaderGraph& graph, const std::string& world_name,
                                              const ImageResolver& images, Report& report);

@@ -17,10 +17,16 @@ namespace {
 void store(float* out, const Vec3& v) { out[0] = v.x, out[1] = v.y, out[2] = v.z; }
 
 // @param shift 0 here, 1 or 2 a step further that bumps need
+Vec3 shifted_position(const ShadingPoint& point, const Vec3& p, int shift, const ProgramData& program) {
+  return shift ? p + (shift == 1 ? point.dpdx_world : point.dpdy_world) * program.bump_filter_width : p;
+}
 Vec3 position_at(const ShadingPoint& point, int shift, const ProgramData& program) {
   if (program.world) return point.wi_world * -1.0f;
-  const Vec3 p = point.p_world + point.origin_shift;
-  return shift ? p + (shift == 1 ? point.dpdx_world : point.dpdy_world) * program.bump_filter_width : p;
+  return shifted_position(point, point.p_world + point.origin_shift, shift, program);
+}
+Vec3 object_position_at(const ShadingPoint& point, int shift, const ProgramData& program) {
+  if (program.world || !point.object_from_world) return position_at(point, shift, program);
+  return point.object_from_world->point(shifted_position(point, point.p_world, shift, program));
 }
 
 // Normals go to object space with the transposed world_from_object, to world space with the transposed inverse.
@@ -134,7 +140,7 @@ enum class Space { world, object, camera };
 
 Vec3 to_world(const ShadingPoint& point, Space space, bool is_point, const Vec3& v) {
   if (space == Space::object && point.world_from_object)
-    return is_point ? point.world_from_object->point(v) : point.world_from_object->vector(v);
+    return is_point ? point.world_from_object->point(v) + point.origin_shift : point.world_from_object->vector(v);
   if (space == Space::camera && point.view)
     return is_point ? point.view->world_from_camera.point(v) + point.origin_shift
                     : point.view->world_from_camera.vector(v);
@@ -142,7 +148,7 @@ Vec3 to_world(const ShadingPoint& point, Space space, bool is_point, const Vec3&
 }
 Vec3 from_world(const ShadingPoint& point, Space space, bool is_point, const Vec3& v) {
   if (space == Space::object && point.object_from_world)
-    return is_point ? point.object_from_world->point(v) : point.object_from_world->vector(v);
+    return is_point ? point.object_from_world->point(v - point.origin_shift) : point.object_from_world->vector(v);
   if (space == Space::camera && point.view)
     return is_point ? point.view->camera_from_world.point(v - point.origin_shift)
                     : point.view->camera_from_world.vector(v);
@@ -229,11 +235,13 @@ Vec3 normal_map(int variant, const ShadingPoint& point, const Arguments& a) {
     const Vec3 t_world(tangent[0], tangent[1], tangent[2]);
     if (length_squared(t_world) == 0.0f) return ns;
     const Vec3 t = point.object_from_world ? normalize(point.object_from_world->vector(t_world)) : t_world;
-    if (newer) {
+    const bool original = variant & k_normal_map_original;
+    if (newer && !original) {
       color = {color.x * strength, color.y * strength, lerp(1.0f, color.z, saturate(strength))};
       strength = 1.0f;
     }
-    const Vec3 normal = object_normal(point, point.backfacing ? point.ns_world * -1.0f : point.ns_world);
+    const Vec3 base = original ? a.v(4) : point.ns_world;
+    const Vec3 normal = object_normal(point, point.backfacing ? base * -1.0f : base);
     const float sign = point.world_from_object && point.world_from_object->mirrors() ? -tangent[3] : tangent[3];
     n = world_normal(point, t * color.x + cross(normal, t) * (sign * color.y) + normal * color.z);
   } else {
@@ -249,21 +257,30 @@ Vec3 normal_map(int variant, const ShadingPoint& point, const Arguments& a) {
 
 Vec3 bump(int variant, const ShadingPoint& point, const Arguments& a) {
   // Mikkelsen 2010, "Bump Mapping Unparametrized Surfaces on the GPU", with heights one footprint apart
-  const Vec3 n = a.v(0);
-  const float strength = std::max(a.f(1), 0.0f),
-              distance = (variant & k_bump_inverted ? -a.f(2) : a.f(2)) / a.program.bump_filter_width;
+  const bool in_object_space = variant & k_bump_object;
+  const Vec3 n_world = a.v(0), n = in_object_space ? object_normal(point, n_world) : n_world;
+  Vec3 dpdx = point.dpdx_world, dpdy = point.dpdy_world;
+  float width = a.program.bump_filter_width;
+  if (in_object_space) {
+    dpdx = a.v(6), dpdy = a.v(7);
+    width = 1.0f;  // the steps are as wide as the filter
+    if (point.object_from_world)
+      dpdx = point.object_from_world->vector(dpdx), dpdy = point.object_from_world->vector(dpdy);
+  }
+  const float strength = std::max(a.f(1), 0.0f), distance = (variant & k_bump_inverted ? -a.f(2) : a.f(2)) / width;
   const float h = a.f(3), hx = a.f(4), hy = a.f(5);
   // What a footprint of 1e-4 m needs would underflow in the determinant: work in footprints.
-  const float size = std::max(length(point.dpdx_world), length(point.dpdy_world));
-  if (!(size > 0.0f) || !std::isfinite(size)) return n;
-  const Vec3 dpdx = point.dpdx_world * (1.0f / size), dpdy = point.dpdy_world * (1.0f / size);
+  const float size = std::max(length(dpdx), length(dpdy));
+  if (!(size > 0.0f) || !std::isfinite(size)) return n_world;
+  dpdx *= 1.0f / size, dpdy *= 1.0f / size;
   const Vec3 rx = cross(dpdy, n), ry = cross(n, dpdx);
   const float determinant = dot(dpdx, rx);
   const Vec3 gradient = rx * ((hx - h) / size) + ry * ((hy - h) / size);
   Vec3 bumped = normalize(n * std::fabs(determinant) - gradient * (determinant < 0.0f ? -distance : distance));
-  if (length_squared(bumped) == 0.0f) return n;
+  if (length_squared(bumped) == 0.0f) return n_world;
   bumped = normalize(bumped * strength + n * (1.0f - strength));
-  if (length_squared(bumped) == 0.0f) return n;
+  if (length_squared(bumped) == 0.0f) return n_world;
+  if (in_object_space) bumped = world_normal(point, bumped);
   return variant & k_bump_newer ? bumped : valid_reflection_normal(point.ng_world, point.wi_world, bumped);
 }
 
@@ -313,16 +330,14 @@ void run_instruction(const ProgramData& program, const Instruction& instruction,
       out[3] = v.w;
       break;
     }
-    case Op::object_position: {
-      const Vec3 p = position_at(point, variant, program);
-      store(out, point.object_from_world && !program.world ? point.object_from_world->point(p) : p);
+    case Op::object_position:
+      store(out, object_position_at(point, variant, program));
       break;
-    }
     case Op::object_normal:
       store(out, program.world ? point.wi_world : object_normal(point, point.ns_world));
       break;
     case Op::object_location:
-      store(out, point.world_from_object ? point.world_from_object->origin() : Vec3(0.0f));
+      store(out, point.world_from_object ? point.world_from_object->origin() + point.origin_shift : Vec3(0.0f));
       break;
     case Op::reflection:
       store(out, program.world ? point.wi_world

@@ -55,6 +55,7 @@ void add_closure(const ProgramData& program, const Instruction& instruction, con
         use.has_normal ? vector_at(program, registers, program.operands[instruction.operands + 1]) : point.ns_world;
     if (is_finite(raw) && length_squared(raw) > 0.0f) diffuse_normal = normalize(raw);
   }
+  if (use.bumped_by_displacement) sink.bsdf.set_shading_normal(diffuse_normal);
   // One that looks away stays bent where a lobe has to be on the side of the view.
   const bool looks_away = dot(diffuse_normal, point.wi_world) <= 0.0f;
   if (use.has_tangent) tangent = vector_at(program, registers, *operand++);
@@ -187,6 +188,42 @@ Color Program::emission(const ShadingPoint& point, const TextureSystem* textures
   return sum_code(*data_, data_->emission, point, textures, Ask::emission);
 }
 
+namespace {
+
+template <int registers_count>
+Vec3 run_displacement(const ProgramData& program, const ShadingPoint& point, const TextureSystem* textures) {
+  float registers[registers_count];
+  for (const Instruction& instruction : program.displacement.instructions) {
+    if (instruction.op != Op::closure) {
+      run_instruction(program, instruction, point, textures, registers);
+      continue;
+    }
+    const Operand* operand = program.operands.data() + instruction.operands;
+    return {*at(program, registers, operand[0]), *at(program, registers, operand[1]),
+            *at(program, registers, operand[2])};
+  }
+  return Vec3(0.0f);
+}
+
+}  // namespace
+
+Vec3 Program::displacement(const ShadingPoint& point, const TextureSystem* textures) const {
+  const int floats = data_->displacement.register_floats;
+  const Vec3 offset = floats <= 64    ? run_displacement<64>(*data_, point, textures)
+                      : floats <= 512 ? run_displacement<512>(*data_, point, textures)
+                                      : run_displacement<k_max_registers>(*data_, point, textures);
+  return data_->displaces_in_object_space || !point.object_from_world ? offset
+                                                                      : point.object_from_world->vector(offset);
+}
+
+bool same_displacement(const Program& a, const Program& b) {
+  const ProgramData &x = *a.data_, &y = *b.data_;
+  return x.displacement.instructions == y.displacement.instructions && x.operands == y.operands &&
+         x.constants == y.constants && x.textures == y.textures && x.tables == y.tables && x.voronois == y.voronois &&
+         x.requests == y.requests && x.displaces_in_object_space == y.displaces_in_object_space &&
+         x.bump_filter_width == y.bump_filter_width;
+}
+
 int Program::find_aov(std::string_view name) const {
   for (size_t i = 0; i < data_->aovs.size(); ++i)
     if (data_->aovs[i].name == name) return static_cast<int>(i);
@@ -200,7 +237,7 @@ Color Program::aov(int index, bool number, const ShadingPoint& point, const Text
 
 size_t Program::bytes() const {
   size_t sum = sizeof(*this) + sizeof(ProgramData);
-  for (const Code* code : {&data_->surface, &data_->transparency, &data_->emission})
+  for (const Code* code : {&data_->surface, &data_->transparency, &data_->emission, &data_->displacement})
     sum += code->instructions.capacity() * sizeof(Instruction);
   for (const AovCode& aov : data_->aovs)
     sum += (aov.color.instructions.capacity() + aov.value.instructions.capacity()) * sizeof(Instruction);

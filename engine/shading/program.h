@@ -38,6 +38,8 @@ struct ProgramTraits {
   bool view_dependent = false;
   /// The lobes, the transparency or the emission change with the path that led here (Light Path).
   bool path_dependent = false;
+  /// Displacements: what they give changes with the object's rotation and scale, or with where it stands.
+  bool reads_orientation = false, reads_place = false;
   float sun_angle_rad = 0.0f;  ///< worlds: whole angle of a sun's disc in the sky, which a map may miss; 0: none
   Vec3 sun_direction_world{0, 0, 1};
 };
@@ -61,6 +63,12 @@ class Program {
   Color transparency(const ShadingPoint& point, const TextureSystem* textures) const;
   /// Radiance towards wi_world. Also worlds (Background; wi_world = minus the ray's direction) and lights.
   Color emission(const ShadingPoint& point, const TextureSystem* textures) const;
+
+  /// What compile_displacement() made: by how much the vertex at the point moves, in object space. Its normals are
+  /// those along which it moves; wi is 0. May be non-finite.
+  Vec3 displacement(const ShadingPoint& point, const TextureSystem* textures) const;
+  /// Whether two displacements compute the same from the same images.
+  friend bool same_displacement(const Program& a, const Program& b);
 
   /// The AOV of that name that the graph writes: its number, -1 if there is none.
   int find_aov(std::string_view name) const;

@@ -204,11 +204,12 @@ enum class MappingType : uint8_t { point, texture, vector, normal };
 enum class RotateType : uint8_t { axis_angle, x, y, z, euler };
 enum class ColorModel : uint8_t { rgb_to_hsv, hsv_to_rgb, rgb_to_hsl, hsl_to_rgb };
 enum class NormalSpace : uint8_t { tangent, object, world, blender_object, blender_world };
-/// Bits of a bump's variant: heights are depths; normals are not bent towards the view (Cycles from 4.0 on).
-inline constexpr int k_bump_inverted = 1, k_bump_newer = 2;
+/// Bits of a bump's variant: heights are depths; normals are not bent towards the view (Cycles from 4.0 on); in object
+/// space, with two more operands, the steps between the points of the heights.
+inline constexpr int k_bump_inverted = 1, k_bump_newer = 2, k_bump_object = 4;
 /// Added to a normal map's space in its variant: strength acts on the colour (tangent space, Cycles from 4.0 on); green
-/// points down.
-inline constexpr int k_normal_map_newer = 8, k_normal_map_directx = 16;
+/// points down; about the normal that is one more operand instead of the displaced surface's.
+inline constexpr int k_normal_map_newer = 8, k_normal_map_directx = 16, k_normal_map_original = 32;
 enum class GradientType : uint8_t { linear, quadratic, easing, diagonal, spherical, quadratic_sphere, radial };
 enum class ImageProjection : uint8_t { flat, box, sphere, tube, equirectangular, mirror_ball };
 
@@ -221,6 +222,7 @@ struct Instruction {
   uint16_t out = 0;
   uint32_t operands = 0;  ///< first, in ProgramData::operands
   uint32_t data = 0;
+  friend bool operator==(const Instruction&, const Instruction&) = default;
 };
 
 struct TextureUse {
@@ -230,12 +232,14 @@ struct TextureUse {
   ImageProjection projection = ImageProjection::flat;
   float projection_blend = 0.0f;
   bool straight_color = false;
+  friend bool operator==(const TextureUse&, const TextureUse&) = default;
 };
 
 struct ClosureUse {
   ClosureKind kind;
   GlossModel model = GlossModel::ggx;
   bool has_normal = false, has_coat_normal = false, has_tangent = false;
+  bool bumped_by_displacement = false;  ///< its normal is the displacement's bump
   bool raw_diffuse_normal =
       false;  ///< only lobes that mirror have their normals bent towards the view (Cycles from 4.0)
   /// Operands: weight, then normal, coat normal, tangent as present, then one per parameter (floats).
@@ -261,6 +265,8 @@ class ProgramData {
  public:
   Code surface, transparency, emission;
   std::vector<AovCode> aovs;
+  Code displacement;
+  bool displaces_in_object_space = false;  ///< what `displacement` gives; else in world space
   bool world = false;
   std::vector<Operand> operands;
   std::vector<float> constants;

@@ -33,6 +33,10 @@ struct AttributeRequest {
     color,      ///< colour attribute `name`; empty: the active one
     tangent,    ///< unit tangent of UV set `name` in world space; w: sign of the bitangent
     generated,  ///< texture-space coordinates in [0, 1]
+    /// Where the point was before true displacement, in world space. Name "compact": with a footprint as Cycles before
+    /// 5.0 has it, of mean length and in the directions of the displaced surface.
+    undisplaced,
+    undisplaced_normal,  ///< the normal there, unit, in world space and on the side of wi
   };
   Kind kind = Kind::named;
   std::string name;
@@ -93,8 +97,7 @@ struct ShadingPoint {
   float time = 0.0f;
   uint32_t random_id = 0;  ///< of the instance
   uint32_t object_index = 0, material_pass_index = 0, object_pass_index = 0;
-  const Transform* world_from_object =
-      nullptr;  ///< with the scene's origin shift removed: true world space; may be null
+  const Transform* world_from_object = nullptr;  ///< to and from the space of p_world; may be null
   const Transform* object_from_world = nullptr;
   const ViewSpace* view = nullptr;
   const ShaderRays* rays = nullptr;                         ///< null: nothing is around, or the program asks for none

@@ -191,6 +191,31 @@ def test_volume_only_material_becomes_transparent_and_is_listed(run_blender):
     assert "m: its volume is not supported" in run.output
 
 
+def test_displacement_methods_travel_and_adaptive_subdivision_is_listed(run_blender):
+    run = run_blender(
+        """
+for method in ('BUMP', 'DISPLACEMENT', 'BOTH'):
+    material, nodes, links = node_material(method)
+    output, node = nodes.new('ShaderNodeOutputMaterial'), nodes.new('ShaderNodeDisplacement')
+    links.new(nodes.new('ShaderNodeBsdfDiffuse').outputs[0], output.inputs['Surface'])
+    links.new(node.outputs[0], output.inputs['Displacement'])
+    (material if hasattr(material, 'displacement_method') else material.cycles).displacement_method = method
+    found = quad(method)
+    found.data.materials.append(material)
+modifier = found.modifiers.new('subdivided', 'SUBSURF')
+(modifier if hasattr(modifier, 'use_adaptive_subdivision') else found.cycles).use_adaptive_subdivision = True
+render()
+"""
+    )
+    materials = run.values("material")
+    assert [materials[name]["graph"].get("displacement_method", "BUMP") for name in ("BUMP", "DISPLACEMENT", "BOTH")] == [
+        "BUMP",
+        "DISPLACEMENT",
+        "BOTH",
+    ]
+    assert "BOTH: adaptive subdivision is not supported" in run.output
+
+
 def test_images_by_path_by_bytes_and_by_pixels(run_blender, tmp_path):
     run = run_blender(
         simple(

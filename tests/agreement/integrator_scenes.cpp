@@ -528,6 +528,26 @@ std::vector<IntegratorCase> surface_cases() {
   }
   cases.push_back({"surface_bump_glossy", lit_corner(bumpy_gloss.surface()), k_round_delta});
 
+  // Moved vertices; with bump on top; and lit by itself.
+  for (const DisplacementMethod method : {DisplacementMethod::displacement, DisplacementMethod::both}) {
+    GraphMaker rough;
+    const int coordinates = rough.add("TexCoord", {});
+    const int noise =
+        rough.add("TexNoise", {{"Vector", Link{coordinates, "Object"}}, {"Scale", 3.0f}, {"Detail", 0.0f}});
+    const int height = rough.add("Displacement", {{"Height", Link{noise, "Fac"}}, {"Scale", 0.6f}},
+                                 {{"space", std::string("OBJECT")}});
+    const bool both = method == DisplacementMethod::both;
+    if (both)
+      rough.add("BsdfDiffuse", {{"Color", rgb(0.8f, 0.8f, 0.8f)}});
+    else
+      rough.add("Emission", {{"Color", rgb(1.0f, 0.8f, 0.6f)}, {"Strength", 0.7f}});
+    description::Graph graph = rough.surface(both ? "BSDF" : "Emission");
+    graph.displacement = Link{height, "Displacement"};
+    graph.displacement_method = method;
+    cases.push_back(
+        {both ? "surface_displaced_with_bump" : "surface_displaced_emitter", lit_corner(graph, 16, true), k_round});
+  }
+
   GraphMaker two_sided;
   {
     const int geometry = two_sided.add("NewGeometry", {});

@@ -18,7 +18,7 @@ k_blender = os.environ.get("BLENDER", "blender")
 pytestmark = pytest.mark.skipif(shutil.which(k_blender) is None, reason=f"no Blender: '{k_blender}'")
 
 
-@pytest.mark.parametrize(("name", "width", "samples"), [("cornell", 96, 128), ("lights", 128, 64)])
+@pytest.mark.parametrize(("name", "width", "samples"), [("cornell", 96, 128), ("lights", 128, 64), ("displacement", 240, 32)])
 def test_no_tile_differs_from_cycles_by_over_one_percent(name, width, samples, tmp_path):
     scene = blender_runs.own_scene(name, tmp_path)
     pictures = [

@@ -92,6 +92,11 @@ SceneMaker& SceneMaker::sphere(const std::string& id, const Vec3& center, float 
   return *this;
 }
 
+SceneMaker& SceneMaker::replace_mesh(const std::string& id, Mesh mesh) {
+  scene_.meshes[id] = std::make_shared<Mesh>(std::move(mesh));
+  return *this;
+}
+
 SceneMaker& SceneMaker::light(const std::string& id, Light light, const Transform& world_from_light) {
   light.name = id;
   scene_.lights[id] = std::make_shared<Light>(std::move(light));

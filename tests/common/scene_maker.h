@@ -26,6 +26,8 @@ class SceneMaker {
   /// A sphere of `rings` latitude rings whose vertices lie on the sphere, normals outwards; flat unless `smooth`.
   SceneMaker& sphere(const std::string& id, const Vec3& center, float radius, int rings, const std::string& material,
                      bool smooth = false);
+  /// Another mesh in place of what mesh or sphere added under that id.
+  SceneMaker& replace_mesh(const std::string& id, description::Mesh mesh);
   SceneMaker& light(const std::string& id, description::Light light, const Transform& world_from_light);
   SceneMaker& world(description::Graph graph);
   SceneMaker& object(const std::string& id, description::Object object);

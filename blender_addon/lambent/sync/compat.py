@@ -89,7 +89,7 @@ def face_materials(mesh):
 
 
 def normals(mesh):
-    """("vertex" or "corner", float32[n][3]) shading normals, or None where all faces are flat.
+    """("vertex" or "corner", float32[n][3]) shading normals, or None where all faces are flat; zero: flat there.
 
     Blender before 4.1 computes corner normals on request and keeps them in the mesh; they are freed again here.
     """
@@ -110,7 +110,17 @@ def normals(mesh):
     mesh.calc_normals_split()
     values = _vectors(mesh.loops, "normal")
     mesh.free_normals_split()
+    if not mesh.use_auto_smooth:
+        # Without auto smooth Cycles shades each triangle of these by itself, and displacement keeps them so.
+        values[np.repeat(~smooth, _face_sizes(mesh))] = 0.0
     return "corner", values
+
+
+def _face_sizes(mesh):
+    """int32[faces]: numbers of corners."""
+    sizes = np.empty(len(mesh.polygons), np.int32)
+    mesh.polygons.foreach_get("loop_total", sizes)
+    return sizes
 
 
 def uv_values(layer):
@@ -170,6 +180,17 @@ def displacement_method(material):
         return material.displacement_method
     cycles = getattr(material, "cycles", None)
     return getattr(cycles, "displacement_method", "BUMP")
+
+
+def adaptive_subdivision(found):
+    """Whether Cycles would subdivide a (evaluated) object by its size in the picture: the object's own switch before 5.0, its
+    last modifier's since."""
+    last = found.modifiers[-1] if len(found.modifiers) else None
+    if last is None or last.type != "SUBSURF":
+        return False
+    if hasattr(last, "use_adaptive_subdivision"):
+        return last.use_adaptive_subdivision
+    return getattr(getattr(found, "cycles", None), "use_adaptive_subdivision", False)
 
 
 def bump_map_correction(material):

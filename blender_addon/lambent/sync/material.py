@@ -50,8 +50,9 @@ def _put_material(edits, material, identifier):
         edits.unsupported(name, f"{name}: grease pencil material; a diffuse surface stands in for it")
     if compat.uses_nodes(material):
         graph = export_graph(edits, material, ("surface", "volume", "displacement"), edits.aovs)
-        if graph is not None and "displacement" in graph["outputs"] and compat.displacement_method(material) != "BUMP":
-            edits.unsupported(name, f"{name}: true displacement is not supported; it is shaded as bump")
+        method = compat.displacement_method(material)
+        if graph is not None and "displacement" in graph["outputs"] and method != "BUMP":
+            graph["displacement_method"] = "DISPLACEMENT" if method == "TRUE" else method
         graph = graph or {"nodes": [], "outputs": {}}
         if not compat.bump_map_correction(material):
             graph["bump_map_correction"] = False

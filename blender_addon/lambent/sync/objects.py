@@ -235,6 +235,8 @@ class ObjectExporter:
 
     def _report_unsupported(self, owner):
         edits, name = self._edits, owner.name_full
+        if compat.adaptive_subdivision(owner):
+            edits.unsupported(name, f"{name}: adaptive subdivision is not supported; the levels of its modifier are used")
         for system in owner.particle_systems:
             if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
                 edits.unsupported(name, f"{name}: hair particles ({system.name}) are not supported and are left out")

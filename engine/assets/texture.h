@@ -60,11 +60,27 @@ class TileSource {
   virtual size_t bytes() const = 0;
 };
 
+/// Bytes of the images of one TextureSystem.
+struct TextureMemory {
+  std::atomic<size_t> reserved{0};  ///< that images may take
+  std::atomic<size_t> held{0};      ///< that they take
+};
+
+/// Loads a texture when it is first asked for. Thread-safe.
+class DeferredTexture {
+ public:
+  virtual ~DeferredTexture() = default;
+  /// Returns once the texture is ready; false if `cancel` (may be null) came first.
+  virtual bool load(const CancelFlag* cancel) = 0;
+};
+
 class Texture {
  public:
   Texture() = default;
   ~Texture() {
-    if (resident_total) resident_total->fetch_sub(counted_bytes);
+    if (!memory) return;
+    memory->reserved -= reserved_bytes;
+    memory->held -= held_bytes;
   }
   Texture(const Texture&) = delete;
   Texture& operator=(const Texture&) = delete;
@@ -82,8 +98,12 @@ class Texture {
   Color average{0.0f};
   std::string code, message;  ///< what went wrong, if anything, for each Report
 
-  std::shared_ptr<std::atomic<size_t>> resident_total;
-  size_t counted_bytes = 0;
+  std::shared_ptr<TextureMemory> memory;  ///< null: takes none of it
+  size_t reserved_bytes = 0, held_bytes = 0;
+
+  /// What is above can be read: set last. Until then `deferred` loads it.
+  std::atomic<bool> ready{true};
+  std::unique_ptr<DeferredTexture> deferred;  ///< null: was loaded at once
 };
 
 /// What an image is, before its texels are read.
@@ -94,6 +114,7 @@ struct ImageHeader {
   bool is_float = false;
   bool alpha_unassociated = false;  ///< the colour is not multiplied by its alpha
   bool random_access = false;       ///< any part can be read without decoding what lies before it
+  friend bool operator==(const ImageHeader&, const ImageHeader&) = default;
 };
 
 /// An open image, read in blocks of rows: from a file, from packed bytes or from pixels in memory.

@@ -2,6 +2,7 @@
 
 #include <Imath/half.h>
 
+#include <condition_variable>
 #include <cstring>
 #include <filesystem>
 #include <map>
@@ -9,6 +10,7 @@
 #include <utility>
 
 #include "engine/assets/texture.h"
+#include "engine/base/check.h"
 
 namespace lambent {
 namespace {
@@ -186,7 +188,7 @@ void make_pink(Texture& texture, std::string code, std::string message) {
   texture.type = TexelType::f32;
   const float pink[4] = {1, 0, 1, 1};
   texture.pixels = std::make_unique<uint8_t[]>(sizeof(pink));
-  if (texture.resident_total) texture.resident_total->fetch_sub(std::exchange(texture.counted_bytes, 0));
+  if (texture.memory) texture.memory->reserved -= std::exchange(texture.reserved_bytes, 0);
   std::memcpy(texture.pixels.get(), pink, sizeof(pink));
   texture.tiles.reset();
   texture.conversion = {};
@@ -210,12 +212,13 @@ struct TextureSystem::State {
       : options(options_in),
         color_spaces(options_in.ocio_config),
         cache_bytes(std::max(options_in.memory_limit_bytes / 8, k_minimal_cache_bytes)),
-        resident(std::make_shared<std::atomic<size_t>>(0)) {}
+        memory(std::make_shared<TextureMemory>()) {}
 
   Options options;
   ColorSpaces color_spaces;
   size_t cache_bytes;
-  std::shared_ptr<std::atomic<size_t>> resident;
+  std::shared_ptr<TextureMemory> memory;
+  mutable Report problems;   ///< of deferred images
   mutable std::mutex mutex;  // guards what follows
   std::map<std::string, std::weak_ptr<const Texture>> textures;
   std::unique_ptr<TileCache> tile_cache;
@@ -227,10 +230,11 @@ struct TextureSystem::State {
   void settle(PendingTexture::State& pending, Report& report);
   void fail(PendingTexture::State& pending, const std::string& why, Report& report);
   void remember(const PendingTexture::State& pending);
+  bool load(PendingTexture::State& pending, Report& report, const CancelFlag& cancel);
 };
 
 TextureSystem::TextureSystem() : TextureSystem(Options{}) {}
-TextureSystem::TextureSystem(const Options& options) : state_(std::make_unique<State>(options)) {}
+TextureSystem::TextureSystem(const Options& options) : state_(std::make_shared<State>(options)) {}
 TextureSystem::~TextureSystem() = default;
 
 /// An image whose place in memory is settled and whose texels are not read yet.
@@ -265,18 +269,21 @@ PendingTexture TextureSystem::reserve(const ImageSource& source, Report& report)
     if (known != state_->textures.end()) pending.known = known->second.lock();
   }
   if (pending.known) {
-    if (!pending.known->message.empty()) report.error(pending.known->code, source.name, pending.known->message);
+    const TextureProblem problem = texture_problem(*pending.known);
+    if (!problem.message.empty()) report.error(problem.code, source.name, problem.message);
     return result;
   }
   pending.texture = std::make_shared<Texture>();
   if (!source.pixels && source.path.empty() && source.encoded.empty()) {
     state_->fail(pending, "it has neither a file nor pixels", report);
+    state_->remember(pending);
     return result;
   }
   std::string error;
   const std::unique_ptr<ImageReader> reader = ImageReader::open(source, error);
   if (!reader) {
     state_->fail(pending, error, report);
+    state_->remember(pending);
     return result;
   }
   pending.header = reader->header();
@@ -294,7 +301,7 @@ PendingTexture TextureSystem::reserve(const ImageSource& source, Report& report)
 void TextureSystem::State::settle(PendingTexture::State& pending, Report& report) {
   const ImageHeader& header = pending.header;
   const size_t texel = resident_texel_bytes(header, pending.texture->conversion);
-  const size_t used = resident->load(), limit = resident_limit();
+  const size_t used = memory->reserved, limit = resident_limit();
   const size_t left = limit > used ? limit - used : 0;
   int divisor = 1;
   const auto reduced = [&](int size) { return (size + divisor - 1) / divisor; };
@@ -313,9 +320,9 @@ void TextureSystem::State::settle(PendingTexture::State& pending, Report& report
                        std::to_string(left >> 20) + " MB): used at " + std::to_string(pending.width) + " x " +
                        std::to_string(pending.height) +
                        ". Give lambentd more with --texture-cache, or make the file a tiled TIFF or EXR.");
-  pending.texture->resident_total = resident;
-  pending.texture->counted_bytes = bytes();
-  resident->fetch_add(pending.texture->counted_bytes);
+  pending.texture->memory = memory;
+  pending.texture->reserved_bytes = bytes();
+  memory->reserved += pending.texture->reserved_bytes;
 }
 
 /// Makes the texture pink, with a message.
@@ -326,7 +333,6 @@ void TextureSystem::State::fail(PendingTexture::State& pending, const std::strin
   make_pink(texture, missing ? "missing_texture" : "corrupt_texture",
             subject_of(pending.source) + " cannot be used, pink takes its place: " + why + ".");
   report.error(texture.code, pending.source.name, texture.message);
-  remember(pending);
 }
 
 void TextureSystem::State::remember(const PendingTexture::State& pending) {
@@ -334,17 +340,15 @@ void TextureSystem::State::remember(const PendingTexture::State& pending) {
   textures[pending.key] = pending.texture;
 }
 
-TextureHandle TextureSystem::load(PendingTexture reserved, Report& report, const CancelFlag& cancel) {
-  PendingTexture::State& pending = *reserved.state_;
-  if (pending.known) return pending.known;
-  if (pending.failed) return pending.texture;
+/// Reads the texels. False if cancelled: then it can be tried again.
+bool TextureSystem::State::load(PendingTexture::State& pending, Report& report, const CancelFlag& cancel) {
   Texture& texture = *pending.texture;
   std::string error;
   if (pending.tiled) {
     {
-      const std::lock_guard lock(state_->mutex);
-      if (!state_->tile_cache) state_->tile_cache = std::make_unique<TileCache>(state_->cache_bytes);
-      texture.tiles = state_->tile_cache->open(pending.source, error);
+      const std::lock_guard lock(mutex);
+      if (!tile_cache) tile_cache = std::make_unique<TileCache>(cache_bytes);
+      texture.tiles = tile_cache->open(pending.source, error);
     }
     texture.width = pending.header.width;
     texture.height = pending.header.height;
@@ -352,23 +356,113 @@ TextureHandle TextureSystem::load(PendingTexture reserved, Report& report, const
     texture.associate =
         !texture.alpha_apart && pending.source.alpha == ImageAlpha::straight && !pending.header.is_float;
   } else if (const auto reader = ImageReader::open(pending.source, error)) {
-    load_resident(*reader, pending.source.alpha, pending.width, pending.height, cancel, texture, error);
+    if (reader->header() == pending.header)
+      load_resident(*reader, pending.source.alpha, pending.width, pending.height, cancel, texture, error);
+    else
+      error = "the file was changed while it was in use";
   }
-  if (cancel.cancelled()) return nullptr;
-  if (!error.empty()) {
-    state_->fail(pending, error, report);
-    return pending.texture;
+  if (cancel.cancelled()) {
+    texture.pixels.reset();
+    return false;
   }
-  texture.average = average_of(texture);
+  if (error.empty()) {
+    texture.average = average_of(texture);
+    texture.held_bytes = texture.tiles ? 0 : texture.reserved_bytes;
+    if (texture.memory) texture.memory->held += texture.held_bytes;
+  } else {
+    fail(pending, error, report);
+  }
+  pending.source = {};  // frees its bytes, unless others need them
+  return true;
+}
+
+TextureHandle TextureSystem::load(PendingTexture reserved, Report& report, const CancelFlag& cancel) {
+  PendingTexture::State& pending = *reserved.state_;
+  if (pending.known) return pending.known;
+  if (pending.failed) return pending.texture;
+  if (!state_->load(pending, report, cancel)) return nullptr;
   state_->remember(pending);
   return pending.texture;
 }
+
+namespace {
+
+/// One thread loads, the others wait.
+template <typename Load>
+class SharedLoad final : public DeferredTexture {
+ public:
+  SharedLoad(Texture& texture, Load load) : texture_(texture), load_(std::move(load)) {}
+
+  bool load(const CancelFlag* cancel) override {
+    constexpr auto k_between_polls = std::chrono::milliseconds(5);
+    static const CancelFlag never;
+    std::unique_lock lock(mutex_);
+    while (!texture_.ready.load(std::memory_order_acquire)) {
+      if (cancel && cancel->cancelled()) return false;
+      if (loading_) {
+        done_.wait_for(lock, k_between_polls);
+        continue;
+      }
+      loading_ = true;
+      lock.unlock();
+      const bool loaded = load_(cancel ? *cancel : never);
+      lock.lock();
+      loading_ = false;
+      if (loaded) texture_.ready.store(true, std::memory_order_release);
+      done_.notify_all();
+    }
+    return true;
+  }
+
+ private:
+  Texture& texture_;
+  Load load_;
+  std::mutex mutex_;
+  std::condition_variable done_;
+  bool loading_ = false;
+};
+
+/// Loads the texture if it is deferred; false if the thread is interrupted.
+bool load_if_deferred(const Texture& texture) {
+  if (texture.ready.load(std::memory_order_acquire)) [[likely]]
+    return true;
+  RenderContext& context = render_context();
+  if (texture.deferred->load(context.cancel)) return true;
+  context.interrupted = true;
+  return false;
+}
+
+}  // namespace
+
+TextureHandle TextureSystem::defer(PendingTexture reserved) {
+  PendingTexture::State& pending = *reserved.state_;
+  if (pending.known) return pending.known;
+  const std::shared_ptr<Texture> texture = pending.texture;
+  if (pending.failed) return texture;
+  texture->width = pending.width;
+  texture->height = pending.height;
+  texture->ready = false;
+  state_->remember(pending);
+  // The loader belongs to the texture: it must not hold it.
+  pending.texture = std::shared_ptr<Texture>(std::shared_ptr<Texture>(), texture.get());
+  auto load = [state = state_, of = std::shared_ptr<PendingTexture::State>(std::move(reserved.state_))](
+                  const CancelFlag& cancel) { return state->load(*of, state->problems, cancel); };
+  texture->deferred = std::make_unique<SharedLoad<decltype(load)>>(*texture, std::move(load));
+  return texture;
+}
+
+bool TextureSystem::fetch(const Texture& texture, const CancelFlag& cancel) const {
+  return texture.ready.load(std::memory_order_acquire) || texture.deferred->load(&cancel);
+}
+
+Report TextureSystem::take_problems() const { return state_->problems.take(); }
 
 TextureHandle TextureSystem::add_image(const ImageSource& source, Report& report) {
   return load(reserve(source, report), report, CancelFlag());
 }
 
 Texel TextureSystem::lookup(const Texture& texture, const TextureLookup& request) const {
+  if (!load_if_deferred(texture)) return {};
   TextureLookup safe = request;
   if (!std::isfinite(safe.uv.x) || !std::isfinite(safe.uv.y)) safe.uv = {0, 0};
   if (!texture.tiles)
@@ -387,10 +481,14 @@ Texel TextureSystem::lookup(const Texture& texture, const TextureLookup& request
 
 size_t TextureSystem::bytes() const {
   const std::lock_guard lock(state_->mutex);
-  return state_->resident->load() + (state_->tile_cache ? state_->tile_cache->bytes() : 0);
+  return state_->memory->held + (state_->tile_cache ? state_->tile_cache->bytes() : 0);
 }
 
+TextureProblem texture_problem(const Texture& texture) {
+  if (!texture.ready.load(std::memory_order_acquire)) return {};
+  return {texture.code, texture.message};
+}
 TextureSize texture_size(const Texture& texture) { return {texture.width, texture.height}; }
-Color texture_average(const Texture& texture) { return texture.average; }
+Color texture_average(const Texture& texture) { return load_if_deferred(texture) ? texture.average : Color(0.0f); }
 
 }  // namespace lambent

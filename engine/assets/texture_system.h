@@ -88,10 +88,18 @@ class TextureSystem {
   /// Loads (or shares an already loaded) image. Never throws: a missing or corrupt file gives pink (1, 0, 1, 1) as in
   /// Blender and an error that names image and file. Null only if cancelled, within some 40 ms of decoding.
   TextureHandle load(PendingTexture reserved, Report& report, const CancelFlag& cancel);
-  /// Both, without cancelling.
+  /// The same, but texels are read by whoever first asks for one: lookup, texture_average, fetch. What is wrong with
+  /// them then goes to take_problems(). Never null.
+  TextureHandle defer(PendingTexture reserved);
+  /// Loads a deferred image now; false if cancelled.
+  bool fetch(const Texture& texture, const CancelFlag& cancel) const;
+  /// What was found wrong with deferred images since the last call.
+  Report take_problems() const;
+  /// reserve and load, without cancelling.
   TextureHandle add_image(const ImageSource& source, Report& report);
 
-  /// Filtered value. Resident images are filtered at full resolution, as in Cycles (the footprint is ignored); those
+  /// Filtered value. Loads a deferred image, which other threads then wait for; black if the thread is interrupted
+  /// (RenderContext). Resident images are filtered at full resolution, as in Cycles (the footprint is ignored); those
   /// behind the tile cache at the resolution of the footprint, if the file has resolution levels. Non-finite
   /// coordinates give the value at (0, 0).
   Texel lookup(const Texture& texture, const TextureLookup& lookup) const;
@@ -101,15 +109,20 @@ class TextureSystem {
 
  private:
   struct State;
-  std::unique_ptr<State> state_;
+  std::shared_ptr<State> state_;
 };
 
+/// What is wrong with it (code and text), if anything is and it was tried to be loaded.
+struct TextureProblem {
+  std::string code, message;
+};
+TextureProblem texture_problem(const Texture& texture);
 /// Width and height in px.
 struct TextureSize {
   int width = 0, height = 0;
 };
 TextureSize texture_size(const Texture& texture);
-/// Mean colour over the image (estimated from at most 64 x 64 texels), for emission estimates.
+/// Mean colour over the image (estimated from at most 64 x 64 texels), for emission estimates. Loads a deferred one.
 Color texture_average(const Texture& texture);
 
 }  // namespace lambent

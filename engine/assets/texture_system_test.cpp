@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "engine/assets/color_space.h"
+#include "engine/base/check.h"
 #include "engine/base/memory.h"
 
 namespace lambent {
@@ -151,6 +152,67 @@ TEST_F(TextureTest, corrupt_and_truncated_files_are_pink_and_named) {
     EXPECT_EQ(at(texture, 0.5f, 0.5f).color, Color(1, 0, 1)) << name;
   }
   EXPECT_EQ(report_.messages().size(), 3u);
+}
+
+TEST_F(TextureTest, a_deferred_image_is_read_when_first_asked_for_and_is_the_same_whoever_asks) {
+  std::vector<uint8_t> pixels;
+  for (int i = 0; i < 500 * 400 * 3; ++i) pixels.push_back(static_cast<uint8_t>((i * 37) >> 3));
+  ImageSource source;
+  source.path = write("a.png", 500, 400, 3, pixels);
+  TextureSystem other;
+  const TextureHandle eager = other.add_image(source, report_);
+  const TextureHandle deferred = textures_.defer(textures_.reserve(source, report_));
+  EXPECT_EQ(textures_.defer(textures_.reserve(source, report_)), deferred);
+  EXPECT_EQ(textures_.bytes(), 0u);
+  std::vector<std::future<std::vector<Color>>> readers;
+  for (int reader = 0; reader < 8; ++reader)
+    readers.push_back(std::async(std::launch::async, [&] {
+      std::vector<Color> colors;
+      for (int i = 0; i < 1000; ++i) {
+        TextureLookup lookup;
+        lookup.uv = {0.001f * static_cast<float>(i), 0.37f + 0.003f * static_cast<float>(i)};
+        colors.push_back(textures_.lookup(*deferred, lookup).color);
+      }
+      return colors;
+    }));
+  for (auto& reader : readers) {
+    const std::vector<Color> colors = reader.get();
+    for (int i = 0; i < 1000; ++i) {
+      TextureLookup lookup;
+      lookup.uv = {0.001f * static_cast<float>(i), 0.37f + 0.003f * static_cast<float>(i)};
+      ASSERT_EQ(colors[static_cast<size_t>(i)], other.lookup(*eager, lookup).color);
+    }
+  }
+  EXPECT_EQ(texture_average(*deferred), texture_average(*eager));
+  EXPECT_EQ(textures_.bytes(), other.bytes());
+  EXPECT_TRUE(textures_.take_problems().messages().empty());
+}
+
+TEST_F(TextureTest, what_is_wrong_with_a_deferred_image_is_pink_and_named_once_it_is_read) {
+  const std::string good = write("good.png", 64, 64, 3, std::vector<uint8_t>(64 * 64 * 3, 77));
+  std::ifstream in(good, std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(in)), {});
+  const std::string path = (folder_ / "cut.png").string();
+  std::ofstream(path, std::ios::binary) << bytes.substr(0, bytes.size() / 2);
+  ImageSource source;
+  source.name = "picture";
+  source.path = path;
+  const TextureHandle cut = textures_.defer(textures_.reserve(source, report_));
+  source.path = good;
+  const TextureHandle changed = textures_.defer(textures_.reserve(source, report_));
+  write("good.png", 32, 64, 3, std::vector<uint8_t>(32 * 64 * 3, 77));
+  EXPECT_TRUE(report_.messages().empty());
+  EXPECT_TRUE(texture_problem(*cut).message.empty());
+  EXPECT_EQ(at(cut, 0.5f, 0.5f).color, Color(1, 0, 1));
+  EXPECT_EQ(at(changed, 0.5f, 0.5f).color, Color(1, 0, 1));
+  const std::vector<Message> messages = textures_.take_problems().messages();
+  ASSERT_EQ(messages.size(), 2u);
+  EXPECT_THAT(messages[0].text, HasSubstr("Image 'picture'"));
+  EXPECT_THAT(messages[0].text, HasSubstr("cut.png"));
+  EXPECT_THAT(messages[1].text, HasSubstr("changed while it was in use"));
+  EXPECT_EQ(texture_problem(*cut).message, messages[0].text);
+  EXPECT_TRUE(textures_.take_problems().messages().empty());
+  EXPECT_EQ(textures_.bytes(), 0u);
 }
 
 TEST_F(TextureTest, packed_bytes_give_what_the_file_gives) {
@@ -303,6 +365,28 @@ TEST_F(LargeTextureTest, cancelling_takes_effect_within_100_ms_of_decoding) {
   EXPECT_EQ(texture, nullptr) << "decoding the whole takes several times 50 ms";
   EXPECT_LT(at_end_s - at_cancel_s, 0.1);
   EXPECT_EQ(textures_.bytes(), 0u);
+}
+
+TEST_F(LargeTextureTest, a_thread_that_waits_for_a_deferred_image_is_interrupted_and_the_next_one_gets_it) {
+  const TextureHandle texture = textures_.defer(textures_.reserve(source(), report_));
+  TextureLookup lookup;
+  lookup.uv = {0.7f, 0.3f};
+  for (int threads = 1; threads <= 2; ++threads) {
+    CancelFlag cancel;
+    std::vector<std::future<bool>> interrupted;
+    for (int i = 0; i < threads; ++i)
+      interrupted.push_back(std::async(std::launch::async, [&] {
+        const Interruptible interruptible(cancel);
+        textures_.lookup(*texture, lookup);
+        return render_context().interrupted;
+      }));
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    cancel.cancel();
+    for (auto& one : interrupted) EXPECT_TRUE(one.get()) << "decoding the whole takes several times 20 ms";
+    EXPECT_EQ(textures_.bytes(), 0u);
+  }
+  EXPECT_NEAR(textures_.lookup(*texture, lookup).color.x, 0.7f, 0.01f);
+  EXPECT_FALSE(render_context().interrupted);
 }
 
 TEST_F(TextureTest, which_image_is_kept_smaller_follows_from_the_order_of_reservations) {

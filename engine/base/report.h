@@ -54,6 +54,15 @@ class Report {
       add(message.severity, std::move(message.code), std::move(message.object), std::move(message.text));
   }
 
+  /// Everything, which is removed here.
+  Report take() {
+    const std::lock_guard lock(mutex_);
+    Report taken;
+    taken.messages_.swap(messages_);
+    std::swap(taken.dropped_, dropped_);
+    return taken;
+  }
+
   std::vector<Message> messages() const {
     const std::lock_guard lock(mutex_);
     return messages_;

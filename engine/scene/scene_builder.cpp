@@ -12,6 +12,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "engine/base/check.h"
 #include "engine/base/name_id.h"
 #include "engine/scene/convert.h"
 #include "engine/scene/scene_builder_state.h"
@@ -57,14 +58,11 @@ void SceneBuilder::State::prepare_textures(const SceneDescription& description) 
   }
   if (image_table == description.images) return;
   image_table = description.images;
-  std::erase_if(materials, [](const auto& entry) { return uses_images(entry.first->graph); });
-  std::erase_if(displacements, [](const auto& entry) { return uses_images(entry.first->graph); });
-  std::erase_if(worlds, [](const auto& entry) { return uses_images(entry.first->graph); });
-  std::erase_if(lights, [](const auto& entry) { return entry.first->graph && uses_images(*entry.first->graph); });
+  forget_programs_with_images();
 }
 
-/// Loads the new images that some graph names: their memory is shared out in order, their texels are read several at a
-/// time.
+/// Opens the new images that some graph names: their memory is shared out in order, their texels are read when asked
+/// for.
 void SceneBuilder::State::load_images(Build& build) {
   const SceneDescription& description = build.description;
   std::vector<Cached<description::Image, TextureHandle>*> fresh;
@@ -80,16 +78,27 @@ void SceneBuilder::State::load_images(Build& build) {
   for (const auto& [id, world] : description.worlds) for_each_image(world->graph, want);
   for (const auto& [id, light] : description.lights)
     if (light->graph) for_each_image(*light->graph, want);
-  std::vector<PendingTexture> reserved;
   for (auto* image : fresh) {
     if (build.cancel.cancelled()) break;
-    reserved.push_back(textures->reserve(image_source(image->source), image->report));
+    image->made = textures->defer(textures->reserve(image_source(image->source), image->report));
   }
-  tbb::parallel_for(size_t{0}, reserved.size(), [&](size_t i) {
-    if (!build.cancel.cancelled())
-      fresh[i]->made = textures->load(std::move(reserved[i]), fresh[i]->report, build.cancel);
-  });
-  if (build.cancel.cancelled()) std::erase_if(images, [](const auto& entry) { return !entry.second.made; });
+  std::erase_if(images, [](const auto& entry) { return !entry.second.made; });
+}
+
+/// Decodes what a program will look up, several images at a time: for those that run in the builder. False if
+/// cancelled.
+bool SceneBuilder::State::fetch_images(const Build& build, const Program& program) {
+  const std::vector<TextureHandle> handles = program.images();
+  tbb::parallel_for(size_t{0}, handles.size(), [&](size_t i) { textures->fetch(*handles[i], build.cancel); });
+  return !build.cancel.cancelled();
+}
+
+/// Forgets programs that may have been compiled with images whose decoding was interrupted.
+void SceneBuilder::State::forget_programs_with_images() {
+  std::erase_if(materials, [](const auto& entry) { return uses_images(entry.first->graph); });
+  std::erase_if(displacements, [](const auto& entry) { return uses_images(entry.first->graph); });
+  std::erase_if(worlds, [](const auto& entry) { return uses_images(entry.first->graph); });
+  std::erase_if(lights, [](const auto& entry) { return entry.first->graph && uses_images(*entry.first->graph); });
 }
 
 /// A loaded image, for the compiler; its messages go to the report once a build.
@@ -328,6 +337,16 @@ SceneBuilder::~SceneBuilder() = default;
 Result<std::shared_ptr<const Scene>> SceneBuilder::build(const SceneDescription& description, const CancelFlag& cancel,
                                                          Report& report) {
   State& state = *state_;
+  const Interruptible interruptible(cancel);
+  Result<std::shared_ptr<const Scene>> built = build_scene(description, cancel, report);
+  if (render_context().interrupted) state.forget_programs_with_images();
+  if (state.textures) report.append(state.textures->take_problems());
+  return built;
+}
+
+Result<std::shared_ptr<const Scene>> SceneBuilder::build_scene(const SceneDescription& description,
+                                                               const CancelFlag& cancel, Report& report) {
+  State& state = *state_;
   const description::Settings& settings = *description.settings;
   const auto camera = description.cameras.find(settings.camera);
   if (camera == description.cameras.end())
@@ -351,7 +370,13 @@ Result<std::shared_ptr<const Scene>> SceneBuilder::build(const SceneDescription&
 
   state.load_images(build);
   if (!state.collect_meshes(build)) return Error{k_cancelled};
-  for (const auto& [source, loaded] : state.images) report.append(loaded.report);
+  for (const auto& [source, loaded] : state.images) {
+    report.append(loaded.report);
+    // Found by an earlier render.
+    const TextureProblem problem = texture_problem(*loaded.made);
+    if (!problem.message.empty() && !loaded.report.has_errors())
+      report.error(problem.code, source->name, problem.message);
+  }
   if (!state.displace_meshes(build)) return Error{k_cancelled};
   state.place_objects(build);
   for (const auto& [source, compiled] : state.materials) report.append(compiled.report);

@@ -30,6 +30,8 @@ class SceneBuilder {
 
  private:
   struct State;
+  Result<std::shared_ptr<const Scene>> build_scene(const description::SceneDescription& description,
+                                                   const CancelFlag& cancel, Report& report);
   std::unique_ptr<State> state_;
 };
 

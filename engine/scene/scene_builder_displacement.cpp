@@ -147,6 +147,8 @@ void SceneBuilder::State::displace(Build& build, const description::Object& obje
   if (build.cancel.cancelled()) return;
   std::vector<AttributeIndices> attributes(slots);
   for (size_t slot = 0; slot < slots; ++slot)
+    if (displaced.programs[slot] && !fetch_images(build, *displaced.programs[slot])) return;
+  for (size_t slot = 0; slot < slots; ++slot)
     if (displaced.programs[slot]) attributes[slot] = bind_attributes(build, *displaced.programs[slot], object, mesh);
 
   ShadingPoint common;

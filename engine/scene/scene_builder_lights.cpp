@@ -214,6 +214,7 @@ void SceneBuilder::State::add_world(Build& build, LightSetBuilder& set) {
     if (world_map.first != program) {
       int height = found->second->importance_resolution;
       if (height <= 0) height = uses_images(found->second->graph) ? 1024 : 256;
+      if (!fetch_images(build, *program)) return;
       EnvironmentLight map = world_importance_map(*program, textures.get(), std::min(height, 8192), build.cancel);
       if (build.cancel.cancelled()) return;
       world_map = {program, std::move(map)};

@@ -91,6 +91,8 @@ struct SceneBuilder::State {
 
   void prepare_textures(const SceneDescription& description);
   void load_images(Build& build);
+  bool fetch_images(const Build& build, const Program& program);
+  void forget_programs_with_images();
   TextureHandle image(Build& build, const std::string& id);
   std::shared_ptr<const Program> material(Build& build, const std::string& id, const std::string& object);
   std::shared_ptr<const TriangleMesh> mesh(const std::shared_ptr<const description::Mesh>& source);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/base/check.h"
 #include "engine/film/adaptive.h"
 
 namespace lambent {
@@ -96,6 +97,7 @@ bool Render::work(int) {
       return false;
     }
   }
+  const Interruptible interruptible(stop_tiles_);
   finish(piece, piece.stage < 0
                     ? integrator_->render_tile(*film_, piece.tile, piece.target, stop_tiles_)
                     : integrator_->run_piece(*film_, piece.target - 1, piece.stage, piece.tile, stop_tiles_));

@@ -356,6 +356,11 @@ RenderOutcome Session::State::render(const std::shared_ptr<Run>& run_pointer) {
   const Clock::time_point render_start = Clock::now();
   const double before_render_s = std::chrono::duration<double>(render_start - of.start).count();
   outcome.status = work->run() == Render::End::cancelled ? RenderStatus::cancelled : RenderStatus::finished;
+  // Images are read when a point asks: what is wrong with them may come up only now.
+  if (const TextureSystem* textures = (*scene)->textures(); textures && events.report) {
+    const Report late = textures->take_problems();
+    if (!late.messages().empty()) events.report(of.epoch, late);
+  }
 
   Statistics& statistics = outcome.statistics;
   statistics.render_s = seconds_since(render_start);

@@ -235,6 +235,13 @@ Color Program::aov(int index, bool number, const ShadingPoint& point, const Text
   return sum_code(*data_, number ? aov.value : aov.color, point, textures, Ask::emission);
 }
 
+std::vector<TextureHandle> Program::images() const {
+  std::vector<TextureHandle> images;
+  for (const TextureUse& use : data_->textures)
+    if (use.texture) images.push_back(use.texture);
+  return images;
+}
+
 size_t Program::bytes() const {
   size_t sum = sizeof(*this) + sizeof(ProgramData);
   for (const Code* code : {&data_->surface, &data_->transparency, &data_->emission, &data_->displacement})

@@ -13,7 +13,9 @@
 
 namespace lambent {
 
+class Texture;
 class TextureSystem;
+using TextureHandle = std::shared_ptr<const Texture>;
 
 /// Why a program is run: it computes only what is asked.
 enum class Ask : uint8_t { surface, transparency, emission };
@@ -74,6 +76,9 @@ class Program {
   int find_aov(std::string_view name) const;
   /// Value of AOV number `index`: its colour, or its number three times.
   Color aov(int index, bool number, const ShadingPoint& point, const TextureSystem* textures) const;
+
+  /// The images that it may look up.
+  std::vector<TextureHandle> images() const;
 
   /// For the compiler, before the program is shared.
   void set_emission_estimate(const Color& mean_radiance) { traits_.emission = mean_radiance; }

@@ -148,10 +148,8 @@ class Bidirectional final : public Integrator {
         for (int64_t sample = first; sample < target_samples; ++sample) {
           const Sampler sampler(settings_.seed, x, y, static_cast<uint32_t>(sample));
           enter(x, y, sample);
-          if (has_light_walks()) {
+          if (has_light_walks())
             kernel.light_sample(sampler, kept && leaves_photons(x, y) ? &kept->batch : nullptr, /*silent=*/false);
-            ++paths;
-          }
           PassRecorder* const passes = kernel.passes();
           if (passes) passes->begin(x, y, static_cast<uint32_t>(sample));
           const PathEstimate estimate = camera_sample(kernel, *scene_, sampler, x, y);
@@ -166,7 +164,17 @@ class Bidirectional final : public Integrator {
             passes->add_other(static_cast<OtherPicture>(i), other.radiance * settings_.exposure,
                               1.0f - other.transparency);
           }
-          if (any_other && !has_light_walks()) ++paths;
+          if (render_context().interrupted && cancel.cancelled()) {  // not whole: as if it had not begun
+            kernel.drop_splats();
+            for (const auto& other : loan.others)
+              if (other) other->drop_splats();
+            whole = false;
+            break;
+          }
+          kernel.give_splats();
+          for (size_t i = 0; any_other && i < loan.others.size(); ++i)
+            if (loan.others[i]) loan.others[i]->give_splats();
+          if (any_other || has_light_walks()) ++paths;
           if (passes)
             writer.add(x, y, passes->finish(picture, estimate.behind * settings_.exposure));
           else
@@ -257,6 +265,7 @@ class Bidirectional final : public Integrator {
         enter(x, y, sample);
         kernel.light_sample(Sampler(settings_.seed, x, y, static_cast<uint32_t>(sample)), &kept.batch, /*silent=*/true);
       }
+    if (cancel.cancelled()) return kernel.take_counts();
     kept.complete_sample = sample;
     return kernel.take_counts();
   }

@@ -46,6 +46,10 @@ class Kernel {
   /// What was traced since this was last asked.
   RayCounts take_counts() { return std::exchange(counts_, {}); }
 
+  /// Gives the film the splats of the light walks since this or drop_splats was last called.
+  void give_splats();
+  void drop_splats() { splats_.clear(); }
+
   /// Traces the sample's light walk, connects it to the lens unless `silent`, and appends its photons if there is a
   /// batch.
   void light_sample(const Sampler& sampler, PhotonBatch* batch, bool silent);
@@ -99,7 +103,7 @@ class Kernel {
 
   void part_splat(const LightWalk& walk, const LightVertex& vertex, const Vec3& direction_world,
                   const Color& contribution);
-  /// Adds splat_parts_ to the pixels that the filter gives some of it.
+  /// Adds splat_parts_ to splats_ for the pixels that the filter gives some of it.
   void splat(const Vec2& raster_px, float u);
 
   /// The scatter at x_i towards the next vertex, as far as the densities of what lies before it go.
@@ -139,6 +143,11 @@ class Kernel {
   PathPdfs pdfs_;       ///< the camera walk's, with what it is joined to
   PathPdfs lens_pdfs_;  ///< of light tracing
   std::vector<float> splat_x_, splat_y_;
+  struct Splat {
+    int x, y, plane;
+    Color value;
+  };
+  std::vector<Splat> splats_;                       ///< for the film, once the sample is whole
   std::vector<std::pair<int, Color>> splat_parts_;  ///< what the planes of the film get of one path
   float threshold_scale_ = k_infinity;
   std::optional<PassRecorder> passes_;

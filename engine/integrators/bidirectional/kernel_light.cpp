@@ -114,8 +114,14 @@ void Kernel<profile>::splat(const Vec2& raster_px, float u) {
         if (u * k_thin_share >= density) continue;
         density = k_thin_share;
       }
-      for (const auto& [plane, part] : splat_parts_) film_.splat(x, y, part * density, plane);
+      for (const auto& [plane, part] : splat_parts_) splats_.push_back({x, y, plane, part * density});
     }
+}
+
+template <KernelProfile profile>
+void Kernel<profile>::give_splats() {
+  for (const Splat& splat : splats_) film_.splat(splat.x, splat.y, splat.value, splat.plane);
+  splats_.clear();
 }
 
 template <KernelProfile profile>
@@ -142,6 +148,8 @@ void Kernel<profile>::light_sample(const Sampler& sampler, PhotonBatch* batch, b
 template void Kernel<KernelProfile::solid>::connect_to_lens(const LightWalk&, const LightVertex&, const Vec2&, float);
 template void Kernel<KernelProfile::solid>::part_splat(const LightWalk&, const LightVertex&, const Vec3&, const Color&);
 template void Kernel<KernelProfile::solid>::splat(const Vec2&, float);
+template void Kernel<KernelProfile::solid>::give_splats();
+template void Kernel<KernelProfile::surfaces>::give_splats();
 template void Kernel<KernelProfile::solid>::light_sample(const Sampler&, PhotonBatch*, bool);
 template void Kernel<KernelProfile::surfaces>::connect_to_lens(const LightWalk&, const LightVertex&, const Vec2&,
                                                                float);

@@ -30,6 +30,7 @@ class PathTracer final : public Integrator {
           if (passes) passes->begin(x, y, static_cast<uint32_t>(sample));
           const PathEstimate estimate =
               render_sample(x, y, static_cast<uint32_t>(sample), counts, passes ? &*passes : nullptr);
+          if (render_context().interrupted && cancel.cancelled()) return counts;  // not whole: as if it had not begun
           const Vec4 picture = picture_of(estimate, settings_.exposure);
           if (passes)
             writer.add(x, y, passes->finish(picture, estimate.behind * settings_.exposure));

@@ -121,22 +121,84 @@ class Cells {
   float cell_[n], local_[n];
 };
 
-// Distance, colour and place of the nearest point, or the second nearest.
+/// The cells around one, that one first and those that touch it least last; with each its place in the order of
+/// visit_cells.
 template <int n>
-VoronoiResult nearest(const Cells<n>& cells, bool second) {
-  using Point = typename Cells<n>::Point;
-  float first_distance = k_far, second_distance = k_far;
-  Point first{}, other{};
-  Cells<n>::visit_cells(1, nullptr, [&](const int* offset) {
-    const Point point = cells.point(offset);
-    const float distance = cells.bound(point.place, cells.local());
-    if (distance < first_distance) {
-      second_distance = first_distance, other = first;
-      first_distance = distance, first = point;
-    } else if (distance < second_distance) {
-      second_distance = distance, other = point;
+struct NearOrder {
+  static constexpr int count = n == 1 ? 3 : n == 2 ? 9 : n == 3 ? 27 : 81;
+  int offset[count][n] = {};
+  int place[count] = {};
+
+  constexpr NearOrder() {
+    int next = 0;
+    for (int touching = 0; touching <= n; ++touching)
+      for (int cell = 0; cell < count; ++cell) {
+        int digits[n] = {}, away = 0;
+        for (int i = 0, rest = cell; i < n; ++i, rest /= 3) {
+          digits[i] = rest % 3 - 1;
+          away += digits[i] != 0;
+        }
+        if (away != touching) continue;
+        for (int i = 0; i < n; ++i) offset[next][i] = digits[i];
+        place[next++] = cell;
+      }
+  }
+};
+
+/// Bounds of how near the points of cells can be, a little too low against rounding.
+template <int n>
+class NearestInCell {
+ public:
+  NearestInCell(const float* local, const VoronoiParameters& parameters)
+      : largest_(n > 1 && parameters.metric == VoronoiMetric::chebychev) {
+    constexpr float k_slack = 1e-5f;
+    for (int i = 0; i < n; ++i) {
+      const float beyond = local[i] - parameters.randomness;
+      const float away[3] = {beyond + 1.0f, beyond, 1.0f - local[i]};
+      for (int k = 0; k < 3; ++k) {
+        const float d = std::max(away[k] - k_slack, 0.0f);
+        axis_[i][k] = n == 1 || parameters.metric == VoronoiMetric::manhattan || largest_ ? d
+                      : parameters.metric == VoronoiMetric::euclidean                     ? d * d
+                                                                                          : 0.0f;
+      }
     }
-  });
+  }
+  float operator()(const int* offset) const {
+    float sum = 0.0f;
+    for (int i = 0; i < n; ++i) {
+      const float d = axis_[i][offset[i] + 1];
+      sum = largest_ ? std::max(sum, d) : sum + d;
+    }
+    return sum * (1.0f - 1e-5f);
+  }
+
+ private:
+  float axis_[n][3];
+  bool largest_;
+};
+
+// Distance, colour and place of the nearest point, or the second nearest. Of points equally far, visit_cells' first;
+// cells that are too far to change the result are left out.
+template <int n>
+VoronoiResult nearest(const Cells<n>& cells, const VoronoiParameters& parameters, bool second) {
+  using Point = typename Cells<n>::Point;
+  static constexpr NearOrder<n> k_order;
+  const NearestInCell<n> least(cells.local(), parameters);
+  float first_distance = k_far, second_distance = k_far;
+  int first_place = 0, other_place = 0;
+  Point first{}, other{};
+  for (int c = 0; c < k_order.count; ++c) {
+    if (least(k_order.offset[c]) > (second ? second_distance : first_distance)) continue;
+    const Point point = cells.point(k_order.offset[c]);
+    const int place = k_order.place[c];
+    const float distance = cells.bound(point.place, cells.local());
+    if (distance < first_distance || (distance == first_distance && place < first_place)) {
+      second_distance = first_distance, other = first, other_place = first_place;
+      first_distance = distance, first = point, first_place = place;
+    } else if (distance < second_distance || (distance == second_distance && place < other_place)) {
+      second_distance = distance, other = point, other_place = place;
+    }
+  }
   const Point& found = second ? other : first;
   return {cells.from_bound(second ? second_distance : first_distance), cells.color(found.offset),
           cells.world(found.place)};
@@ -236,13 +298,13 @@ VoronoiResult octave(const float* p, const VoronoiParameters& parameters, float 
   switch (parameters.feature) {
     case VoronoiFeature::smooth_f1:
       if (parameters.smoothness > 0.0f || !parameters.octaves) return smooth(cells, parameters);
-      return nearest(cells, false);
+      return nearest(cells, parameters, false);
     case VoronoiFeature::distance_to_edge:
       return {distance_to_edge(cells), Color(0.0f), Vec4(0.0f)};
     case VoronoiFeature::n_sphere_radius:
       return {n_sphere_radius(cells), Color(0.0f), Vec4(0.0f)};
     default:
-      return nearest(cells, parameters.feature == VoronoiFeature::f2);
+      return nearest(cells, parameters, parameters.feature == VoronoiFeature::f2);
   }
 }
 

@@ -275,6 +275,25 @@ TEST(Compiler, a_displacement_acts_as_bump_on_every_closure) {
   EXPECT_NEAR(compiled.bsdf(point).lobes()[0].n.y, -std::sqrt(0.5f), 1e-3f);
 }
 
+TEST(Compiler, coordinates_of_the_object_do_not_depend_on_how_far_the_scene_was_moved) {
+  // Positions and transforms are both relative to the shift.
+  ShaderGraph coordinates, location;
+  coordinates.nodes = {make_node("TexCoord"), make_node("Emission", {{"Color", GraphLink{0, "Object"}}})};
+  location.nodes = {make_node("ObjectInfo"), make_node("Emission", {{"Color", GraphLink{0, "Location"}}})};
+  coordinates.surface = location.surface = GraphLink{1, "Emission"};
+  for (const float shift : {0.0f, 4096.0f}) {
+    ShadingPoint point = front_point();
+    const Transform world_from_object = Transform::translation({10.0f - shift, 20.0f, 30.0f}),
+                    object_from_world = world_from_object.inverse();
+    point.world_from_object = &world_from_object;
+    point.object_from_world = &object_from_world;
+    point.origin_shift = {shift, 0.0f, 0.0f};
+    point.p_world = {11.0f - shift, 22.0f, 33.0f};
+    EXPECT_EQ(Compiled(coordinates).program->emission(point, nullptr), Color(1, 2, 3));
+    EXPECT_EQ(Compiled(location).program->emission(point, nullptr), Color(10, 20, 30));
+  }
+}
+
 TEST(Compiler, glass_turns_its_index_round_behind_the_surface) {
   const Compiled compiled(make_graph({make_node("BsdfGlass", {{"IOR", 1.5f}})}));
   ShadingPoint point = front_point();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/shading/hosek_sky.h"
 #include "engine/shading/light_profile.h"
 #include "engine/shading/noise.h"
 #include "engine/shading/sky.h"
@@ -209,13 +210,14 @@ TypedValue sky_node(Compiler& c, int n, S, int shift) {
   const std::string type = c.text(n, "sky_type", "NISHITA");
   std::vector<float> table;
   if (type == "PREETHAM" || type == "HOSEK_WILKIE") {
-    if (type == "HOSEK_WILKIE") c.warn_unsupported(n, "Hosek and Wilkie's sky is rendered as Preetham's");
     Vec3 sun(0, 0, 1);
     const auto& properties = c.node(n).properties;
     if (const auto found = properties.find("sun_direction"); found != properties.end())
       if (const auto* v = std::get_if<GraphNumbers>(&found->second); v && v->size() >= 3)
         sun = {(*v)[0], (*v)[1], (*v)[2]};
-    table = make_preetham_sky(sun, c.property(n, "turbidity", 2.2f));
+    const float turbidity = c.property(n, "turbidity", 2.2f);
+    table = type == "PREETHAM" ? make_preetham_sky(sun, turbidity)
+                               : make_hosek_sky(sun, turbidity, c.property(n, "ground_albedo", 0.3f));
   } else {
     AtmosphereSky sky;
     if (type == "SINGLE_SCATTERING")

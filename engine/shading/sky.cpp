@@ -326,6 +326,10 @@ std::vector<float> make_preetham_sky(const Vec3& sun_direction, float turbidity)
 
 Color sky_radiance(const std::vector<float>& table, const Vec3& d_in) {
   const Vec3 d = normalize(d_in);
+  if (table.size() == k_hosek_floats) {
+    const std::array<float, 3> xyz = hosek_xyz(table, d);
+    return rgb_from_xyz(Color(xyz[0], xyz[1], xyz[2]));
+  }
   if (table.size() > k_preetham_floats) return atmosphere_radiance(table, d);
   const Vec3 sun(table[18], table[19], table[20]);
   const float gamma = std::acos(std::clamp(dot(d, sun), -1.0f, 1.0f));

@@ -1,5 +1,6 @@
-// The Sky Texture: the models of Preetham, Shirley & Smits 1999, of Nishita et al. 1993 as Blender improved it (single
-// scattering in spectral form, with ozone and a sun's disc), and of García Liñán 2022 (spectral_atmosphere.h).
+// The Sky Texture: the models of Preetham, Shirley & Smits 1999, of Hosek & Wilkie 2012 (hosek_sky.h), of Nishita et
+// al. 1993 as Blender improved it (single scattering in spectral form, with ozone and a sun's disc), and of García
+// Liñán 2022 (spectral_atmosphere.h).
 #pragma once
 
 #include <vector>
@@ -31,8 +32,8 @@ std::vector<float> make_atmosphere_sky(const AtmosphereSky& sky);
 /// Unit direction to the sun.
 Vec3 sun_direction(float elevation_rad, float rotation_rad);
 
-/// Scene-linear radiance from direction d (need not be unit). Below the horizon Preetham's sky goes on with the
-/// horizon's.
+/// Scene-linear radiance from direction d (need not be unit). Below the horizon the skies of Preetham and Hosek go on
+/// with the horizon's.
 Color sky_radiance(const std::vector<float>& table, const Vec3& d);
 
 }  // namespace lambent

@@ -2,6 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
+#include "engine/shading/hosek_sky.h"
+
 namespace lambent {
 namespace {
 
@@ -49,6 +54,50 @@ TEST(Sky, sun_disc_spreads_the_same_light_over_its_area_and_is_redder_than_white
   const Color wider = sky_radiance(make_atmosphere_sky(sky), sun);
   EXPECT_NEAR(wider.y * 4.0f, centre.y, 0.01f * centre.y);  // twice the width, four times the area
   EXPECT_GT(centre.x, centre.z);                            // what is missing of the blue is the sky's
+}
+
+/// What Cycles 3.4.1 shows (tests/nodes/hosek_sky/measure.py), at parameters that the table was not fitted to; the sun
+/// is in the plane y = 0.
+struct MeasuredSky {
+  float turbidity, ground_albedo, sun_elevation_rad;
+  Vec3 direction;
+  Color radiance;
+};
+const MeasuredSky k_measured[] = {
+    {2.2f, 0.3f, 0.2617994f, {0, 0, 1}, {0.01142f, 0.0199083f, 0.0388669f}},
+    {2.2f, 0.3f, 0.2617994f, {0.794116f, 0.08690946f, 0.6015202f}, {0.050941f, 0.067692f, 0.090662f}},
+    {2.2f, 0.3f, 0.2617994f, {-0.7479079f, 0.5986745f, 0.2867447f}, {0.0511106f, 0.0824631f, 0.110943f}},
+    {2.2f, 0.3f, 0.2617994f, {-0.9999985f, 0, 0.001745328f}, {0.150158f, 0.168676f, 0.126358f}},
+    {3.14168f, 0.544229f, 0.07953663f, {-0.7479079f, 0.5986745f, 0.2867447f}, {0.0404322f, 0.0508354f, 0.0486797f}},
+    {1.11851f, 0.837469f, 0.02740304f, {0.794116f, 0.08690946f, 0.6015202f}, {0.017717f, 0.0209533f, 0.0205767f}},
+    {4.4728f, 0.35091f, 0.3145955f, {0, 0, 1}, {0.0163032f, 0.0266217f, 0.0464242f}},
+    {4.4728f, 0.35091f, 0.3145955f, {0.794116f, 0.08690946f, 0.6015202f}, {0.152123f, 0.152759f, 0.144519f}},
+    {3.71141f, 0.0310118f, 1.018502f, {-0.7479079f, 0.5986745f, 0.2867447f}, {0.0445182f, 0.0834969f, 0.146401f}},
+    {3.71141f, 0.0310118f, 1.018502f, {-0.9999985f, 0, 0.001745328f}, {0.112357f, 0.125754f, 0.144199f}},
+};
+
+TEST(HosekSky, is_that_of_cycles_within_half_a_percent) {
+  for (const MeasuredSky& m : k_measured) {
+    const Vec3 sun(std::cos(m.sun_elevation_rad), 0, std::sin(m.sun_elevation_rad));
+    const Color got = sky_radiance(make_hosek_sky(sun, m.turbidity, m.ground_albedo), m.direction);
+    for (int i = 0; i < 3; ++i)
+      EXPECT_NEAR(got[i], m.radiance[i], 0.005f * max_component(m.radiance))
+          << m.turbidity << " " << m.direction.x << " " << i;
+  }
+}
+
+TEST(HosekSky, of_any_parameters_is_finite_and_not_negative) {
+  for (const float turbidity : {-1e30f, 0.0f, 1.0f, 10.0f, 1e30f})
+    for (const float albedo : {-5.0f, 0.0f, 1.0f, 1e30f})
+      for (const Vec3 sun : {Vec3(0, 0, 0), Vec3(0, 0, 1), Vec3(0, 0, -1), Vec3(1, 0, -0.2f), Vec3(0, 1e30f, 0)}) {
+        const std::vector<float> table = make_hosek_sky(sun, turbidity, albedo);
+        ASSERT_EQ(table.size(), k_hosek_floats);
+        for (const Vec3 d : {Vec3(0, 0, 1), Vec3(1, 0, 0), Vec3(0, 0.3f, -1), Vec3(0, 0, -1)}) {
+          const Color radiance = sky_radiance(table, d);
+          EXPECT_TRUE(is_finite(radiance)) << turbidity << " " << albedo << " " << sun.x << " " << sun.z;
+          EXPECT_GE(std::min({radiance.x, radiance.y, radiance.z}), 0.0f);
+        }
+      }
 }
 
 }  // namespace

@@ -6,7 +6,6 @@ import re
 k_known = [
     # Not done yet; Lambent names these in its report
     (r"^BsdfHairPrincipled", "not done: a diffuse surface stands in"),
-    (r"^TexSky\[HOSEK_WILKIE", "not done: Preetham's model stands in"),
     (r"^Squeeze", "Cycles leaves this node out, as if what it leads to had no link; Lambent names it and takes grey"),
     (r"^TexCoord\[Reflection|^TexImage\[mapping inside", "half a percent in few places, not explained"),
     (r"^Bevel", "the mean of a few probes depends on how their axes are turned, which is otherwise in Cycles"),

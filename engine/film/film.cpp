@@ -118,6 +118,8 @@ namespace {
 /// Adds to the picture what stands in the place of the catchers.
 template <typename Mean, typename Shadow>
 void add_caught(const ShadowCatcher& catcher, const Mean& mean, const Shadow& shadow, float* picture) {
+  for (int k = 0; k < 3 && catcher.brought >= 0; ++k)
+    picture[k] += static_cast<float>(mean(static_cast<size_t>(catcher.brought), k));
   const double cover = mean(static_cast<size_t>(catcher.cover), 0);
   if (!(cover > 0.0)) return;
   double shadows[3] = {1.0, 1.0, 1.0};
@@ -157,7 +159,10 @@ float* Film::read_channels(size_t pixel, const std::vector<bool>& wanted, float*
   // Where catchers get no light at all there is no shadow either.
   const auto shadow = [&](const ShadowCatcher& catcher, int component) {
     const double bare = mean(static_cast<size_t>(catcher.bare), component);
-    return bare != 0.0 ? mean(static_cast<size_t>(catcher.lit), component) / bare : 1.0;
+    if (bare == 0.0) return 1.0;
+    double lit = mean(static_cast<size_t>(catcher.lit), component);
+    if (catcher.brought >= 0) lit -= mean(static_cast<size_t>(catcher.brought), component);
+    return lit / bare;
   };
   for (size_t c = 0; c < settings_.channels.size(); ++c) {
     const FilmChannel& channel = settings_.channels[c];
@@ -169,7 +174,8 @@ float* Film::read_channels(size_t pixel, const std::vector<bool>& wanted, float*
         for (int k = 0; k < channel.components; ++k) {
           double value = place.dividends.empty() ? mean(c, k) : divisor(c, k);
           if (channel.divided_by >= 0) {
-            const double by = divisor(static_cast<size_t>(channel.divided_by), k);
+            const size_t divided_by = static_cast<size_t>(channel.divided_by);
+            const double by = divisor(divided_by, std::min(k, settings_.channels[divided_by].components - 1));
             value = by != 0.0 ? value / by : 0.0;
           }
           if (channel.minus >= 0) value -= mean(static_cast<size_t>(channel.minus), k);

@@ -24,9 +24,11 @@ inline constexpr int k_ids_a_sample = 8;
 
 inline constexpr double k_least_divisor = 0x1p-10;
 
-/// Numbers of the mean channels that say what shadow catchers caught. The shadow is lit / bare, a ratio of sums.
+/// Numbers of the mean channels that say what shadow catchers caught. The shadow is (lit - brought) / bare, a ratio of
+/// sums.
 struct ShadowCatcher {
   int lit = -1, bare = -1;  ///< R, G, B of the catchers, shaded by others and not
+  int brought = -1;         ///< R, G, B of lit that mattes show as it is: it came by way of others; -1: there are none
   int cover = -1;           ///< share of the pixel that they take
   int behind = -1;          ///< R, G, B of the world behind them; -1: the film is transparent
   bool in_picture = true;   ///< the picture shows the shadow; if not, a channel does and the compositor lays it under
@@ -38,13 +40,13 @@ struct FilmChannel {
   /// channels of 4 named name00, name01 ...
   int components = 4;
   ChannelRule rule = ChannelRule::mean;
-  /// Number of a mean channel with as many components: a pixel is the ratio, 0 where both are 0. Where splats reach a
-  /// pixel in which no sample had any of the divisor, that reads as k_least_divisor, so that products give back the
-  /// sums.
+  /// Number of a mean channel with as many components or one: a pixel is the ratio, 0 where both are 0. Where splats
+  /// reach a pixel in which no sample had any of the divisor, that reads as k_least_divisor, so that products give back
+  /// the sums.
   int divided_by = -1;
   int minus = -1;  ///< number of a mean channel with as many components that is subtracted when it is read
   /// What catchers add to the picture when it is read: the world behind them times the shadow or, on a transparent
-  /// film, alpha, as much as the shadow darkens.
+  /// film, alpha, as much as the shadow darkens; and what is brought to mattes.
   std::optional<ShadowCatcher> catcher = {};
   bool hidden = false;       ///< summed for others' sake, not read
   std::string letters = {};  ///< Channel::letters

@@ -340,8 +340,7 @@ void TileWriter::flush() {
     const size_t pixel = pixels_[n];
     const std::span<const float> values(values_.data() + n * components, components);
     const int64_t sample = s.counts[pixel]++;
-    bool good = true;
-    for (const float value : values) good &= std::isfinite(value);
+    bool good = all_finite(values);
     if (!film_.settings_.allow_negative)
       for (size_t c = 0; c < 4; ++c) good &= values[c] >= 0.0f;
     if (!good) [[unlikely]] {
@@ -368,15 +367,18 @@ void TileWriter::add_channels(size_t pixel, int64_t sample, std::span<const floa
   Film::Storage& s = *film_.storage_;
   const FilmLayout& layout = film_.layout_;
   double* sums = s.sums.data() + pixel * static_cast<size_t>(layout.sums);
-  for (size_t c = 0; c < layout.places.size(); ++c) {
+  for (const FilmLayout::Span& span : layout.means) {
+    const float* value = values.data() + span.sample;
+    double* sum = sums + span.sum;
+    for (int k = 0; k < span.floats; ++k) sum[k] += static_cast<double>(value[k]);
+  }
+  for (const int number : layout.others) {
+    const size_t c = static_cast<size_t>(number);
     const FilmChannel& channel = film_.settings_.channels[c];
     const FilmLayout::Place& place = layout.places[c];
     const float* value = values.data() + place.sample;
     double* sum = sums + place.sum;
     switch (channel.rule) {
-      case ChannelRule::mean:
-        for (int k = 0; k < channel.components; ++k) sum[k] += value[k];
-        break;
       case ChannelRule::first:
         for (int k = 0; k < channel.components && sample == 0; ++k) sum[k] = value[k];
         break;
@@ -396,8 +398,7 @@ void TileWriter::add_channels(size_t pixel, int64_t sample, std::span<const floa
         }
         break;
       }
-      case ChannelRule::sample_count:
-      case ChannelRule::caught:
+      default:
         break;
     }
   }

@@ -1,8 +1,10 @@
 // The channels of a film: how the values of many samples make a pixel's.
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -53,6 +55,14 @@ struct FilmChannel {
   bool splats = false;       ///< takes splats in its first three components. Where the film takes none: nothing
 };
 
+/// Whether all of the floats are finite, told by their exponents' bits: several at a time.
+inline bool all_finite(std::span<const float> values) {
+  constexpr uint32_t k_exponent = 0x7f800000u;
+  uint32_t bad = 0;
+  for (const float value : values) bad |= (std::bit_cast<uint32_t>(value) & k_exponent) == k_exponent ? 1u : 0u;
+  return bad == 0;
+}
+
 /// Where everything of a channel lies.
 struct FilmLayout {
   struct Place {
@@ -64,7 +74,13 @@ struct FilmLayout {
     int output = -1;  ///< its number in output_channels(), the first where it makes several; -1: hidden
     std::vector<int> dividends;  ///< channels that are divided by it
   };
+  /// Floats of a sample that are added to sums, as they stand.
+  struct Span {
+    int sample = 0, sum = 0, floats = 0;
+  };
   std::vector<Place> places;  ///< by channel
+  std::vector<Span> means;    ///< all channels of rule mean, neighbours in one
+  std::vector<int> others;    ///< channels that take something else of a sample
   int sample_floats = 0, sums = 0, id_slots = 0, planes = 0, output_floats = 0;
   bool plain = true;  ///< nothing but means, all read as they are
 

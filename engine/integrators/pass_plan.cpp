@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cstring>
+#include <iterator>
 #include <set>
 
 namespace lambent {
@@ -150,7 +151,7 @@ std::shared_ptr<const PassPlan> PassPlan::create(const std::vector<PassRequest>&
   for (const Pass& pass : asked) plan->divide(pass);
   plan->compare_with_unshadowed();
   if (scene.has_shadow_catchers()) plan->catch_shadows(scene.has_mattes());
-  plan->layout_ = FilmLayout(plan->channels_);
+  plan->lay_out();
   for (const FilmChannel& channel : plan->channels_) plan->looks_ = plan->looks_ || channel.rule == ChannelRule::first;
   for (const Pass& pass : plan->light_) {
     const bool direct_caustics = pass.kind == PassKind::caustics_direct;
@@ -159,6 +160,31 @@ std::shared_ptr<const PassPlan> PassPlan::create(const std::vector<PassRequest>&
   }
   for (const Pass& pass : plan->data_) plan->timed_ = plan->timed_ || pass.kind == PassKind::time;
   return plan;
+}
+
+/// Where everything lies, and what is left for the end of a sample.
+void PassPlan::lay_out() {
+  layout_ = FilmLayout(channels_);
+  const auto place_all = [&](std::vector<Pass>& passes) {
+    for (Pass& pass : passes) {
+      pass.sample = place(pass).sample;
+      const int divided_by = channels_[static_cast<size_t>(pass.channel)].divided_by;
+      if (divided_by >= 0) pass.divisor = layout_.places[static_cast<size_t>(divided_by)].sample;
+      pass.picture = pass.kind == PassKind::noisy ||
+                     ((pass.kind == PassKind::shadow_difference || pass.kind == PassKind::shadow_ratio) && !pass.group);
+    }
+  };
+  place_all(light_);
+  place_all(data_);
+  for (std::vector<Pass>& passes : other_light_) place_all(passes);
+  std::copy_if(light_.begin(), light_.end(), std::back_inserter(pictures_),
+               [](const Pass& pass) { return pass.picture; });
+  const auto is_late = [](const Pass& pass) {
+    return pass.kind == PassKind::mist || pass.kind == PassKind::time || pass.kind == PassKind::catcher_lit ||
+           pass.kind == PassKind::catcher_bare || pass.kind == PassKind::catcher_cover ||
+           pass.kind == PassKind::catcher_behind || (pass.kind == PassKind::without_shadow && !pass.group);
+  };
+  std::copy_if(data_.begin(), data_.end(), std::back_inserter(late_), is_late);
 }
 
 void PassPlan::add(const PassRequest& request, PassKind kind, FilmChannel channel, const Scene& scene, Report& report) {

@@ -117,6 +117,7 @@ void PassRecorder::visible(const SurfaceHit& hit, const SurfaceBinding& binding,
   const float opacity = 1.0f - average(bsdf.transparency());
   const float seen = average(throughput);
   const bool first = !saw_surface_ && opaque_enough(binding, bsdf);
+  mean_normal_.reset();
   for (const PassPlan::Pass& pass : data_) {
     switch (pass.kind) {
       case PassKind::diffuse_color:
@@ -148,8 +149,7 @@ void PassRecorder::visible(const SurfaceHit& hit, const SurfaceBinding& binding,
         Color shadowed(0.0f), unshadowed(0.0f);
         received(hit, point, bsdf, shadowed, unshadowed);
         add_to(pass, throughput * shadowed);
-        const int divisor = plan_.channels_[static_cast<size_t>(pass.channel)].divided_by;
-        add_to({.kind = PassKind::unshadowed, .channel = divisor}, throughput * unshadowed);
+        add_to(pass.divisor, throughput * unshadowed);
         break;
       }
       case PassKind::aov_color:
@@ -195,11 +195,13 @@ void PassRecorder::first_surface(const PassPlan::Pass& pass, const SurfaceHit& h
     to[2] = v.z;
   };
   const auto mean_normal = [&] {
+    if (mean_normal_) return *mean_normal_;
     Vec3 sum(0.0f);
     for (const Lobe& lobe : bsdf.lobes())
       if (lobe.kind != LobeKind::transparent && lobe.kind != LobeKind::portal) sum += lobe.n * average(lobe.weight);
     const Vec3 n = normalize(sum);
-    return length_squared(n) > 0.0f && is_finite(n) ? n : point.ns_world;
+    mean_normal_ = length_squared(n) > 0.0f && is_finite(n) ? n : point.ns_world;
+    return *mean_normal_;
   };
   switch (pass.kind) {
     case PassKind::vector: {
@@ -341,7 +343,7 @@ void PassRecorder::add_other(OtherPicture picture, const Color& radiance, float 
   if (picture == OtherPicture::catcher_lit) cover_ = cover;
   if (!parts) return;
   for (const PassPlan::Pass& pass : parts->light_) {
-    const float* from = parts->values_.data() + plan_.place(pass).sample;
+    const float* from = parts->values_.data() + pass.sample;
     add_to(pass, {from[0], from[1], from[2]});
   }
 }
@@ -349,11 +351,10 @@ void PassRecorder::add_other(OtherPicture picture, const Color& radiance, float 
 std::span<const float> PassRecorder::finish(const Vec4& picture, const Color& behind) {
   const float all[4] = {picture.x, picture.y, picture.z, picture.w};
   std::copy_n(all, 4, values_.begin());
-  for (const PassPlan::Pass& pass : light_)
-    if (pass.is_picture()) std::copy_n(all, pass.kind == PassKind::noisy ? 4 : 3, at(pass));
-  for (const PassPlan::Pass& pass : data_) {
+  for (const PassPlan::Pass& pass : plan_.pictures_) std::copy_n(all, pass.kind == PassKind::noisy ? 4 : 3, at(pass));
+  for (const PassPlan::Pass& pass : plan_.late_) {
     if (pass.kind == PassKind::mist) *at(pass) = 1.0f - *at(pass);
-    if (pass.kind == PassKind::without_shadow && !pass.group) add_to(pass, other(OtherPicture::without_shadows));
+    if (pass.kind == PassKind::without_shadow) add_to(pass, other(OtherPicture::without_shadows));
     if (pass.kind == PassKind::catcher_lit) add_to(pass, other(OtherPicture::catcher_lit));
     if (pass.kind == PassKind::catcher_bare) add_to(pass, other(OtherPicture::catcher_bare));
     if (pass.kind == PassKind::catcher_cover) *at(pass) = cover_;
@@ -362,8 +363,9 @@ std::span<const float> PassRecorder::finish(const Vec4& picture, const Color& be
       *at(pass) = std::chrono::duration<float, std::micro>(std::chrono::steady_clock::now() - start_).count();
   }
   // What is not finite in a pass (a broken UV map) does not cost the picture its sample.
-  for (size_t i = 4; i < values_.size(); ++i)
-    if (!std::isfinite(values_[i])) values_[i] = 0.0f;
+  if (!all_finite(std::span(values_).subspan(4)))
+    for (size_t i = 4; i < values_.size(); ++i)
+      if (!std::isfinite(values_[i])) values_[i] = 0.0f;
   return values_;
 }
 
@@ -418,12 +420,12 @@ bool PassRecorder::takes(const PassPlan::Pass& pass, const PathSignature& path, 
 void PassRecorder::add(const Color& value, const PathSignature& path) {
   for (const PassPlan::Pass& pass : light_) {
     Color part;
-    if (!pass.is_picture() && takes(pass, path, value, part)) add_to(pass, part * plan_.settings_.exposure);
+    if (!pass.picture && takes(pass, path, value, part)) add_to(pass, part * plan_.settings_.exposure);
   }
 }
 
-void PassRecorder::add_to(const PassPlan::Pass& pass, const Color& value) {
-  float* to = at(pass);
+void PassRecorder::add_to(int sample_float, const Color& value) {
+  float* to = values_.data() + sample_float;
   to[0] += value.x;
   to[1] += value.y;
   to[2] += value.z;

@@ -138,22 +138,20 @@ class PassPlan {
   struct Pass {
     PassKind kind;
     int channel = 0;
+    int sample = 0;                      ///< first of its floats in a sample
+    int divisor = 0;                     ///< that of what it is divided by
+    bool picture = false;                ///< the whole picture, to be compared with another
     std::optional<uint16_t> group = {};  ///< of lights; the passes of shadows without one are of the whole picture
     size_t matte = 0;                    ///< Scene::mattes()
     std::string aov = {};
     std::optional<LightPathExpression> expression = {};
-
-    /// The picture itself, to be compared with another.
-    bool is_picture() const {
-      return kind == PassKind::noisy ||
-             ((kind == PassKind::shadow_difference || kind == PassKind::shadow_ratio) && !group);
-    }
   };
 
   void add(const PassRequest& request, PassKind kind, FilmChannel channel, const Scene& scene, Report& report);
   void divide(const Pass& pass);
   void compare_with_unshadowed();
   void catch_shadows(bool mattes);
+  void lay_out();
   int other_channel(OtherPicture picture) const { return other_channels_[static_cast<size_t>(picture)]; }
   const std::vector<Pass>& other_light(OtherPicture picture) const {
     return other_light_[static_cast<size_t>(picture)];
@@ -164,8 +162,9 @@ class PassPlan {
   inline static const std::vector<Pass> k_none;
   PassSettings settings_;
   std::vector<FilmChannel> channels_{{.name = "combined", .splats = true}};
-  std::vector<Pass> light_;                                      ///< sums what paths bring
-  std::vector<Pass> data_;                                       ///< shows what the camera sees, or how it was sampled
+  std::vector<Pass> light_;            ///< sums what paths bring
+  std::vector<Pass> data_;             ///< shows what the camera sees, or how it was sampled
+  std::vector<Pass> pictures_, late_;  ///< those of them that are known when the sample is done
   std::array<std::vector<Pass>, k_other_pictures> other_light_;  ///< as light_, of what paths bring in another picture
   FilmLayout layout_;
   std::array<int, k_other_pictures> other_channels_{-1, -1, -1};
@@ -242,7 +241,8 @@ class PassRecorder {
   float random();
   static bool takes(const PassPlan::Pass& pass, const PathSignature& path, const Color& value, Color& part);
   void add(const Color& value, const PathSignature& path);
-  void add_to(const PassPlan::Pass& pass, const Color& value);
+  void add_to(const PassPlan::Pass& pass, const Color& value) { add_to(pass.sample, value); }
+  void add_to(int sample_float, const Color& value);
   void add_background_albedo(const Color& value);
   void add_id(const PassPlan::Pass& pass, float id, float weight);
   void first_surface(const PassPlan::Pass& pass, const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf,
@@ -255,7 +255,7 @@ class PassRecorder {
   /// @param blockers LinkSets' of the light at its end
   Color transmittance(const Ray& ray, uint8_t blockers = 0) const;
   const Color& other(OtherPicture picture) const { return others_[static_cast<size_t>(picture)]; }
-  float* at(const PassPlan::Pass& pass) { return values_.data() + plan_.place(pass).sample; }
+  float* at(const PassPlan::Pass& pass) { return values_.data() + pass.sample; }
 
   const PassPlan& plan_;
   const Scene& scene_;
@@ -272,6 +272,7 @@ class PassRecorder {
   ClassShares first_;  ///< at x_1
   EventSequence events_;
   bool on_matte_ = false, met_other_ = false;  ///< x_1 is on a matte; an object that is none has scattered the walk
+  std::optional<Vec3> mean_normal_;            ///< of the surface that is seen, once asked for
   bool saw_surface_ = false;                   ///< one that is opaque enough for normals, UVs...
 };
 

@@ -396,5 +396,21 @@ TEST(MattePass, is_the_cover_of_the_objects_that_name_it) {
   EXPECT_GT(mean_of(with_floor.at("red")), 0.01);
 }
 
+TEST(MattePass, beyond_sixty_four_are_left_out_by_name) {
+  SceneMaker maker = laid("PT");
+  maker.settings.samples = 1;
+  for (int i = 0; i < 66; ++i) {
+    const std::string name = fmt::format("matte {}", i);
+    maker.settings.passes.push_back({name, "matte", name});
+    maker.object("wall").mattes.push_back(name);
+  }
+  Report report;
+  const Channels channels = channels_of(render(maker.transaction(), 0, nullptr, &report));
+  EXPECT_EQ(channels.size(), 65u);
+  EXPECT_GT(mean_of(channels.at("matte 63")), 0.0);
+  ASSERT_EQ(report.messages().size(), 2u);
+  EXPECT_EQ(report.messages()[1].text, "Pass 'matte 65' is left out: there are more than 64 mattes");
+}
+
 }  // namespace
 }  // namespace lambent::test

@@ -48,9 +48,9 @@ def test_things_laid_over_a_backplate_by_passes_equal_the_render_of_them_in_the_
         chosen = {"settings": {"integrator": integrator}, "objects": objects, "layer_settings": layer_settings}
         return blender_runs.render_layers(*arguments, **chosen)[0]["ViewLayer"]
 
-    passes = rendered(1, 256, {"mattes": ["Floor", "Wall"]}, {"use_pass_shadow_catcher": True, "use_pass_matte_light": True})
-    plate = rendered(2, 256, {"removed": k_things})["Combined"]
-    direct = rendered(3, 256, {})["Combined"]
+    passes = rendered(1, 96, {"mattes": ["Floor", "Wall"]}, {"use_pass_shadow_catcher": True, "use_pass_matte_light": True})
+    plate = rendered(2, 96, {"removed": k_things})["Combined"]
+    direct = rendered(3, 96, {})["Combined"]
     things, alpha = passes["Combined"][..., :3], passes["Combined"][..., 3:]
     composed = things + (1.0 - alpha) * passes["Shadow Catcher"] * plate[..., :3]
     found = image_statistics.compare(direct[..., :3], composed)
@@ -65,14 +65,14 @@ def test_things_laid_over_a_backplate_by_passes_equal_the_render_of_them_in_the_
 def test_shadows_lifted_of_rebalanced_light_groups_equal_the_render_of_that(tmp_path, integrator):
     scene = blender_runs.own_scene("passes", tmp_path)
     shown = {"use_pass_without_shadow": True, "use_pass_shadow_difference": True, "use_shadow_groups": True}
-    arguments = (scene, "LAMBENT", range(1, 9), 128, 96, tmp_path / "passes")
+    arguments = (scene, "LAMBENT", range(1, 9), 64, 96, tmp_path / "passes")
     passes = blender_runs.render_layers(*arguments, settings={"integrator": integrator}, layer_settings=shown)[0]["ViewLayer"]
     for group in k_balance:
         whole = passes[f"Without Shadow_{group}"] + passes[f"Shadow Difference_{group}"]
         assert numpy.allclose(whole, passes[f"Combined_{group}"], rtol=1e-5, atol=1e-6)
     # The film is transparent: what the camera sees of the world is in its group and not in the picture.
     composed = sum(factor * passes[f"Without Shadow_{group}"] for group, factor in k_balance.items()) - k_balance["sky"] * passes["Environment"]
-    arguments = (scene, "LAMBENT", range(1001, 1009), 128, 96, tmp_path / "direct")
+    arguments = (scene, "LAMBENT", range(1001, 1009), 64, 96, tmp_path / "direct")
     changed = {"balance": k_balance, "objects": {"camera_only": blender_runs.k_shadow_objects}}
     direct = blender_runs.render_layers(*arguments, settings={"integrator": integrator}, **changed)[0]["ViewLayer"]
     found = image_statistics.compare(direct["Combined"][..., :3], composed)

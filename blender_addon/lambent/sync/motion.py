@@ -8,30 +8,45 @@ none with motion blur, where Cycles' pass is empty. Objects are found again by B
 meshes that modifiers or shape keys deform.
 """
 
-from . import compat
+import numpy as np
+
+from . import compat, instances
 
 
 class Step:
-    """One other frame. camera: the protocol's step of the camera. matrices: {instance: [12 numbers]}, shapes: {original
-    object's pointer: float32[vertices][3]}."""
+    """One other frame. camera: the protocol's step of the camera. number_of: {instance_key: number}, matrices:
+    float32[number][3][4], shapes: {original object's pointer: float32[vertices][3]}."""
 
     def __init__(self, depsgraph, camera, should_stop):
         self.camera = camera
-        self.matrices = {}
+        self.number_of = {}
         self.shapes = {}
+        count, first_is_instancer, stopped = 0, False, False
         modifiers_of = "RENDER" if depsgraph.mode == "RENDER" else "PREVIEW"
         for index, instance in enumerate(depsgraph.object_instances):
             # Blender leaks the instances of an object that iteration stops inside of: to the end, if it stops.
-            if should_stop(index):
+            stopped = stopped or should_stop(index)
+            if stopped:
                 continue
+            count = index + 1
+            first_is_instancer |= index < 2 and instance.is_instance
             found = instance.object
-            self.matrices[instance_key(instance)] = rows(instance.matrix_world)
+            self.number_of[instances.instance_key(instance)] = index
             owner = (instance.instance_object if instance.is_instance else found).original
             pointer = owner.as_pointer()
             if found.type != "MESH" or owner.type != "MESH" or pointer in self.shapes:
                 continue
             if owner.is_deform_modified(depsgraph.scene, modifiers_of) and _is_own(found, owner, depsgraph):
                 self.shapes[pointer] = compat.positions(found.data)
+        if not stopped:
+            self.matrices, _ = instances.instance_arrays(depsgraph, count, False, first_is_instancer)
+
+    def placed(self, keys, transforms):
+        """Where the instances are that now stand at transforms; those that are not there in this frame, as now."""
+        numbers = np.array([self.number_of.get(key, -1) for key in keys])
+        if not len(self.matrices):
+            return transforms
+        return np.where((numbers >= 0)[:, None, None], self.matrices[numbers], transforms)
 
 
 class Motion:
@@ -49,11 +64,7 @@ class Motion:
         still. owner_pointer: of the original object whose own mesh it shows, or None."""
         found, moves = {}, False
         for name, step in zip(("previous", "next"), self.steps):
-            placed = transforms.copy()
-            for number, key in enumerate(keys):
-                matrix = step.matrices.get(key)
-                if matrix is not None:
-                    placed[number].flat = matrix
+            placed = step.placed(keys, transforms)
             moves |= bool((placed != transforms).any())
             found[name] = {"transforms": edits.array(placed)}
             shape = step.shapes.get(owner_pointer)
@@ -86,13 +97,6 @@ def visit(engine, depsgraph, camera_step, should_stop):
     finally:
         engine.frame_set(frame, subframe)
     return None if stopped else Motion(steps)
-
-
-def instance_key(instance):
-    """What an instance of depsgraph.object_instances is known by in every frame."""
-    if not instance.is_instance:
-        return instance.object.original.as_pointer()
-    return instance.parent.original.as_pointer(), instance.instance_object.original.as_pointer(), *instance.persistent_id
 
 
 def rows(matrix):

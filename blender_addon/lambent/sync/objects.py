@@ -11,7 +11,7 @@ object that Blender hands out is valid only until the next step.
 import bpy
 import numpy as np
 
-from . import compat, light, light_linking, material, mesh, motion
+from . import instances, light, light_linking, material, mesh
 
 _CONVERTIBLE = ("MESH", "CURVE", "SURFACE", "FONT", "META")
 _NOT_RENDERED = {
@@ -73,7 +73,7 @@ class ObjectExporter:
                 stopped = True
                 continue
             if self._neighbours is not None:
-                self._instance_keys.append(motion.instance_key(instance))
+                self._instance_keys.append(instances.instance_key(instance))
             if index < 2:
                 # The instances of an object follow it, if it is shown itself.
                 first_is_instancer |= instance.is_instance
@@ -109,7 +109,7 @@ class ObjectExporter:
                 groups[group] = self._guarded(self._begin, found, found, parent.evaluated_get(self._depsgraph))
         if any(group is not None for group in groups):
             self._links.finish()
-            arrays = _instance_arrays(self._depsgraph, len(group_of_instance), self._random_ids, first_is_instancer)
+            arrays = instances.instance_arrays(self._depsgraph, len(group_of_instance), self._random_ids, first_is_instancer)
             self._put_groups(groups, np.array(group_of_instance, np.int64), *arrays)
 
     def _guarded(self, export, found, owner, parent):
@@ -275,24 +275,6 @@ class ObjectExporter:
             if random_ids is not None:
                 value["random_ids"] = self._edits.array(random_ids[chosen])
             self._edits.put("object", identifier, value)
-
-
-def _instance_arrays(depsgraph, count, with_random_ids, first_is_instancer):
-    """(float32[count][3][4] world_from_object, uint32[count] or None), in the order of object_instances."""
-    matrices = np.empty((count, 4, 4), np.float32)
-    random_ids = np.empty(count if with_random_ids else 0, np.int32)
-    if first_is_instancer and compat.FOREACH_LEAKS_INSTANCES:
-        for index, instance in enumerate(depsgraph.object_instances):
-            matrices[index] = instance.matrix_world.transposed()
-            if with_random_ids:
-                random_ids[index] = instance.random_id
-    else:
-        depsgraph.object_instances.foreach_get("matrix_world", matrices.reshape(-1))
-        if with_random_ids:
-            depsgraph.object_instances.foreach_get("random_id", random_ids)
-    # Blender stores columns; the wire wants the upper three rows.
-    matrices = np.ascontiguousarray(matrices.transpose(0, 2, 1)[:, :3])
-    return matrices, random_ids.view(np.uint32) if with_random_ids else None
 
 
 def _may_be_without_faces(original):

@@ -151,7 +151,7 @@ float* Film::read_channels(size_t pixel, const std::vector<bool>& wanted, float*
   };
   const auto divisor = [&](size_t channel, int component) {
     const double value = mean(channel, component);
-    if (value != 0.0) return value;
+    if (value != 0.0 || layout_.places[channel].plane >= 0) return value;
     for (const int dividend : layout_.places[channel].dividends)
       if (mean(static_cast<size_t>(dividend), component) != 0.0) return k_least_divisor;
     return 0.0;

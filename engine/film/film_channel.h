@@ -42,9 +42,9 @@ struct FilmChannel {
   /// channels of 4 named name00, name01 ...
   int components = 4;
   ChannelRule rule = ChannelRule::mean;
-  /// Number of a mean channel with as many components or one: a pixel is the ratio, 0 where both are 0. Where splats
-  /// reach a pixel in which no sample had any of the divisor, that reads as k_least_divisor, so that products give back
-  /// the sums.
+  /// Number of a mean channel with as many components or one: a pixel is the ratio, 0 where the divisor is.
+  /// But where splats reach a pixel in which no sample had any of a divisor that takes no splats itself (a colour),
+  /// that reads as k_least_divisor, so that products give back the sums.
   int divided_by = -1;
   int minus = -1;  ///< number of a mean channel with as many components that is subtracted when it is read
   /// What catchers add to the picture when it is read: the world behind them times the shadow or, on a transparent

@@ -210,6 +210,31 @@ TEST(ShadowPassesOfGroups, are_the_groups_of_the_scene_whose_chosen_objects_only
   EXPECT_GT(mean_of(found.at("without_shadow even")) + mean_of(found.at("without_shadow odd")), 0.0);
 }
 
+TEST(ShadowPassesOfGroups, are_nothing_where_only_the_chosen_objects_send_light) {
+  for (const char* integrator : {"PT", "BPT", "VCM"}) {
+    SceneMaker maker(k_side, k_side, 8);
+    maker.settings.integrator = integrator;
+    maker.material("gray", diffuse(Color(0.5f))).material("light", emission(Color(1.0f), 20.0f));
+    maker.mesh("floor", {{-99, -99, -2}, {99, -99, -2}, {99, 99, -2}, {-99, 99, -2}}, {{0, 1, 2}, {0, 2, 3}}, "gray");
+    maker.mesh("panel", {{-1, -1, 1}, {-1, 1, 1}, {1, 1, 1}, {1, -1, 1}}, {{0, 1, 2}, {0, 2, 3}}, "light");
+    maker.object("panel").shadow_pass = true;
+    maker.object("panel").light_group = "keys";
+    for (const std::string group : {"", "keys"})
+      for (const std::string kind : {"without_shadow", "shadow_difference", "shadow_ratio"})
+        maker.settings.passes.push_back({kind + group, kind, group});
+    const Channels channels = channels_of(render(maker.transaction()));
+    EXPECT_GT(mean_of(channels.at("combined")), 0.1);
+    for (const std::string group : {"", "keys"})
+      for (size_t i = 0; i < k_side * k_side; ++i)
+        for (size_t k = 0; k < 3; ++k) {
+          ASSERT_EQ(channels.at("without_shadow" + group)[3 * i + k], 0.0f) << integrator;
+          ASSERT_EQ(channels.at("shadow_ratio" + group)[3 * i + k], 0.0f) << integrator;
+          ASSERT_EQ(channels.at("shadow_difference" + group)[3 * i + k], channels.at("combined")[4 * i + k])
+              << integrator;
+        }
+  }
+}
+
 // --- Mattes ---------------------------------------------------------------------------------------------------------
 
 /// A floor that is a matte, z = -2, seen from above, before a vertical mirror at x = 0.2 (just out of the picture's

@@ -13,7 +13,8 @@ def animate(owner, path, first, last):
         setattr(owner, path, value)
         owner.keyframe_insert(path, frame=frame)
     action = owner.id_data.animation_data.action
-    curves = action.fcurves if hasattr(action, 'fcurves') else action.layers[0].strips[0].channelbags[0].fcurves
+    bags = [action] if hasattr(action, 'fcurves') else action.layers[0].strips[0].channelbags
+    curves = [curve for bag in bags for curve in bag.fcurves]
     for curve in curves:
         for key in curve.keyframe_points: key.interpolation = 'LINEAR'
 travels, still, keyed = quad('travels'), quad('still'), quad('keyed')

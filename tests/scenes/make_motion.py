@@ -18,11 +18,14 @@ def animate(owner, path, first, last, linear=True):
     for frame, value in ((1, first), (10, last)):
         setattr(owner, path, value)
         owner.keyframe_insert(path, frame=frame)
-    data = owner.id_data.animation_data.action
-    curves = data.fcurves if hasattr(data, "fcurves") else data.layers[0].strips[0].channelbags[0].fcurves
-    for curve in curves:
-        for key in curve.keyframe_points:
-            key.interpolation = "LINEAR" if linear else "BEZIER"
+    action = owner.id_data.animation_data.action
+    # Since Blender 4.4 an object and its data may share an action.
+    bags = [action] if hasattr(action, "fcurves") else action.layers[0].strips[0].channelbags
+    for bag in bags:
+        for curve in bag.fcurves:
+            for key in curve.keyframe_points:
+                if curve.data_path.endswith(path):
+                    key.interpolation = "LINEAR" if linear else "BEZIER"
 
 
 def add_objects(scene):

@@ -103,6 +103,10 @@ class Camera {
   /// which that lens point's rays hit p: pdf per unit perpendicular area, px² m⁻².
   CameraConnection connect(const Vec3& p_world, const Vec3& p_lens_world) const;
 
+  /// Raster position of a point, as the lens' centre sees it: also of points behind the camera, mirrored, and (0, 0) of
+  /// those in its plane.
+  Vec2 raster_of(const Vec3& p_world) const;
+
   /// World space to the camera's: x right, y up, z along the optical axis.
   Transform camera_from_world() const;
   /// What takes image-plane coordinates ((x, y) / z in perspective, else (x, y)) to [0, 1]² across the frame:

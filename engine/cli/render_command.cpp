@@ -23,7 +23,7 @@ using description::Settings;
 struct RenderOptions {
   SceneChoices choices;
   std::string output, checkpoint, fallback_folder, techniques;
-  bool quiet = false, resume = false;
+  bool quiet = false, resume = false, half = false;
 };
 
 PictureView view_of(const Picture& picture, const RenderOptions& options, const SceneDescription& scene,
@@ -43,6 +43,7 @@ PictureView view_of(const Picture& picture, const RenderOptions& options, const 
       {"lambent/status", outcome.status == RenderStatus::finished ? "finished" : "cancelled"},
   };
   for (const auto& [name, text] : entries) view.metadata[name] = text;
+  view.half_colors = options.half;
   return view;
 }
 
@@ -155,6 +156,8 @@ Command add_render_command(CLI::App& program) {
   app->add_option("--techniques", options->techniques,
                   "Folder for pictures of what each technique contributes: by path length and numbers of vertices "
                   "(s, t), weighted and not, as PNG contact sheets and EXR, and the shares of merging and connection");
+  app->add_flag("--half", options->half,
+                "Colours of the .exr in 16 bits; depth, positions, vectors and ids stay in 32, as in Blender's files");
   app->add_flag("--quiet", options->quiet, "Print errors only");
   return {app, [options] { return render(*options); }};
 }

@@ -142,6 +142,16 @@ struct LightLinking {
   bool any() const { return !receivers.empty() || !blockers.empty() || !receives.empty() || !blocks.empty(); }
 };
 
+/// Where an object is in another frame, for passes of motion.
+struct ObjectStep {
+  ArrayPointer transforms;  ///< f32[N][3][4] world_from_object, as many as the object has; null: all as now
+  ArrayPointer positions;   ///< f32[V][3] of its mesh's vertices, object space; null: as now
+};
+/// The frames before and after. An object without it stands still.
+struct ObjectMotion {
+  ObjectStep previous, next;
+};
+
 /// N instances of one mesh or light.
 struct Object {
   std::string name;
@@ -157,8 +167,11 @@ struct Object {
   std::string asset;                                       ///< its name in the cryptomatte of assets; empty: its own
   bool holdout = false;                                    ///< the camera sees a hole there
   bool shadow_catcher = false;  ///< the camera sees the world there, darkened by the shadows that others throw on it
+  bool matte = false;           ///< of shadow catchers: other light that comes by way of others shows too
   bool shadow_pass = false;     ///< its shadows are what passes of shadows take away: it casts none there
+  std::vector<std::string> mattes;  ///< names of the passes of kind matte that show it
   LightLinking light_linking;
+  std::optional<ObjectMotion> motion;
 };
 
 enum class CameraType : uint8_t { perspective, orthographic };
@@ -172,6 +185,15 @@ struct DepthOfField {
   float ratio = 1.0f;  ///< anamorphic: width over height of the bokeh is 1/ratio (Blender's aperture_ratio)
 };
 
+/// Where a camera is in another frame, for passes of motion.
+struct CameraStep {
+  Transform transform;  ///< world_from_camera
+  float focal_length_mm = 50.0f;
+};
+struct CameraMotion {
+  CameraStep previous, next;
+};
+
 struct Camera {
   std::string name;
   CameraType type = CameraType::perspective;
@@ -182,6 +204,7 @@ struct Camera {
   Vec2 shift{0.0f, 0.0f};
   float clip_near_m = 0.1f, clip_far_m = 1000.0f;
   std::optional<DepthOfField> depth_of_field;
+  std::optional<CameraMotion> motion;  ///< absent: it stands still
 };
 
 enum class PixelFilter : uint8_t { box, gaussian, blackman_harris };

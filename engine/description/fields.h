@@ -117,6 +117,18 @@ void visit_light(V& visitor, T& value) {
 }
 
 template <typename V, typename T>
+void visit_object_step(V& visitor, T& value) {
+  visitor.transforms("transform", "transforms", value.transforms);
+  visitor.array("positions", value.positions, rows_of(ElementType::f32, 3, 3));
+}
+
+template <typename V, typename T>
+void visit_camera_step(V& visitor, T& value) {
+  visitor.numbers("transform", &value.transform.m[0][0], 12, k_required);
+  visitor.number("focal_length_mm", value.focal_length_mm);
+}
+
+template <typename V, typename T>
 void visit_object(V& visitor, T& value) {
   visitor.text("name", value.name);
   visitor.text("mesh", value.mesh);
@@ -132,12 +144,20 @@ void visit_object(V& visitor, T& value) {
   visitor.text("asset", value.asset);
   visitor.boolean("holdout", value.holdout);
   visitor.boolean("shadow_catcher", value.shadow_catcher);
+  visitor.boolean("matte", value.matte);
   visitor.boolean("shadow_pass", value.shadow_pass);
+  visitor.texts("mattes", value.mattes);
   visitor.group_if("light_linking", value.light_linking.any(), [&](auto& group) {
     group.text("receivers", value.light_linking.receivers);
     group.text("blockers", value.light_linking.blockers);
     group.texts("receives", value.light_linking.receives);
     group.texts("blocks", value.light_linking.blocks);
+  });
+  visitor.optional_group("motion", value.motion, [](auto& group, auto& motion) {
+    group.group_if("previous", motion.previous.transforms != nullptr,
+                   [&](auto& step) { visit_object_step(step, motion.previous); });
+    group.group_if("next", motion.next.transforms != nullptr,
+                   [&](auto& step) { visit_object_step(step, motion.next); });
   });
 }
 
@@ -159,6 +179,10 @@ void visit_camera(V& visitor, T& value) {
     group.integer("blades", lens.blades, 0, 1000);
     group.number("rotation_rad", lens.rotation_rad);
     group.number("ratio", lens.ratio);
+  });
+  visitor.optional_group("motion", value.motion, [](auto& group, auto& motion) {
+    group.group("previous", [&](auto& step) { visit_camera_step(step, motion.previous); });
+    group.group("next", [&](auto& step) { visit_camera_step(step, motion.next); });
   });
 }
 

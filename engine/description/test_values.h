@@ -124,6 +124,11 @@ inline Transaction full_transaction() {
   object.attributes = {{"wear", {0.25f, 0.5f, 0.75f, 1.0f}}};
   object.light_group = "rim";
   object.light_linking = {"near", "walls", {"near", "far"}, {"walls"}};
+  object.shadow_catcher = object.matte = true;
+  object.mattes = {"Cubes", "All"};
+  object.motion.emplace();
+  object.motion->previous.transforms = object.motion->next.transforms = object.transforms;
+  object.motion->next.positions = array_of<float>(ElementType::f32, {1, 3}, {1, 2, 3});
   add("object", object);
 
   Camera camera;
@@ -139,6 +144,7 @@ inline Transaction full_transaction() {
   camera.clip_near_m = 0.01f;
   camera.clip_far_m = 1e6f;
   camera.depth_of_field = DepthOfField{3, 1.4f, 6, 0.5f, 2};
+  camera.motion = CameraMotion{{camera.transform, 34}, {camera.transform, 36}};
   add("camera", camera);
 
   Settings settings;

@@ -118,6 +118,8 @@ namespace {
 /// Adds to the picture what stands in the place of the catchers.
 template <typename Mean, typename Shadow>
 void add_caught(const ShadowCatcher& catcher, const Mean& mean, const Shadow& shadow, float* picture) {
+  for (int k = 0; k < 3 && catcher.brought >= 0; ++k)
+    picture[k] += static_cast<float>(mean(static_cast<size_t>(catcher.brought), k));
   const double cover = mean(static_cast<size_t>(catcher.cover), 0);
   if (!(cover > 0.0)) return;
   double shadows[3] = {1.0, 1.0, 1.0};
@@ -149,7 +151,7 @@ float* Film::read_channels(size_t pixel, const std::vector<bool>& wanted, float*
   };
   const auto divisor = [&](size_t channel, int component) {
     const double value = mean(channel, component);
-    if (value != 0.0) return value;
+    if (value != 0.0 || layout_.places[channel].plane >= 0) return value;
     for (const int dividend : layout_.places[channel].dividends)
       if (mean(static_cast<size_t>(dividend), component) != 0.0) return k_least_divisor;
     return 0.0;
@@ -157,7 +159,10 @@ float* Film::read_channels(size_t pixel, const std::vector<bool>& wanted, float*
   // Where catchers get no light at all there is no shadow either.
   const auto shadow = [&](const ShadowCatcher& catcher, int component) {
     const double bare = mean(static_cast<size_t>(catcher.bare), component);
-    return bare != 0.0 ? mean(static_cast<size_t>(catcher.lit), component) / bare : 1.0;
+    if (bare == 0.0) return 1.0;
+    double lit = mean(static_cast<size_t>(catcher.lit), component);
+    if (catcher.brought >= 0) lit -= mean(static_cast<size_t>(catcher.brought), component);
+    return lit / bare;
   };
   for (size_t c = 0; c < settings_.channels.size(); ++c) {
     const FilmChannel& channel = settings_.channels[c];
@@ -169,7 +174,8 @@ float* Film::read_channels(size_t pixel, const std::vector<bool>& wanted, float*
         for (int k = 0; k < channel.components; ++k) {
           double value = place.dividends.empty() ? mean(c, k) : divisor(c, k);
           if (channel.divided_by >= 0) {
-            const double by = divisor(static_cast<size_t>(channel.divided_by), k);
+            const size_t divided_by = static_cast<size_t>(channel.divided_by);
+            const double by = divisor(divided_by, std::min(k, settings_.channels[divided_by].components - 1));
             value = by != 0.0 ? value / by : 0.0;
           }
           if (channel.minus >= 0) value -= mean(static_cast<size_t>(channel.minus), k);
@@ -334,8 +340,7 @@ void TileWriter::flush() {
     const size_t pixel = pixels_[n];
     const std::span<const float> values(values_.data() + n * components, components);
     const int64_t sample = s.counts[pixel]++;
-    bool good = true;
-    for (const float value : values) good &= std::isfinite(value);
+    bool good = all_finite(values);
     if (!film_.settings_.allow_negative)
       for (size_t c = 0; c < 4; ++c) good &= values[c] >= 0.0f;
     if (!good) [[unlikely]] {
@@ -362,15 +367,18 @@ void TileWriter::add_channels(size_t pixel, int64_t sample, std::span<const floa
   Film::Storage& s = *film_.storage_;
   const FilmLayout& layout = film_.layout_;
   double* sums = s.sums.data() + pixel * static_cast<size_t>(layout.sums);
-  for (size_t c = 0; c < layout.places.size(); ++c) {
+  for (const FilmLayout::Span& span : layout.means) {
+    const float* value = values.data() + span.sample;
+    double* sum = sums + span.sum;
+    for (int k = 0; k < span.floats; ++k) sum[k] += static_cast<double>(value[k]);
+  }
+  for (const int number : layout.others) {
+    const size_t c = static_cast<size_t>(number);
     const FilmChannel& channel = film_.settings_.channels[c];
     const FilmLayout::Place& place = layout.places[c];
     const float* value = values.data() + place.sample;
     double* sum = sums + place.sum;
     switch (channel.rule) {
-      case ChannelRule::mean:
-        for (int k = 0; k < channel.components; ++k) sum[k] += value[k];
-        break;
       case ChannelRule::first:
         for (int k = 0; k < channel.components && sample == 0; ++k) sum[k] = value[k];
         break;
@@ -390,8 +398,7 @@ void TileWriter::add_channels(size_t pixel, int64_t sample, std::span<const floa
         }
         break;
       }
-      case ChannelRule::sample_count:
-      case ChannelRule::caught:
+      default:
         break;
     }
   }

@@ -10,6 +10,14 @@ FilmLayout::FilmLayout(const std::vector<FilmChannel>& channels) {
     Place& place = places.emplace_back();
     place.sample = sample_floats;
     place.sum = sums;
+    if (channel.rule == ChannelRule::mean) {
+      const bool follows = !means.empty() && means.back().sample + means.back().floats == place.sample &&
+                           means.back().sum + means.back().floats == place.sum;
+      if (!follows) means.push_back({place.sample, place.sum, 0});
+      means.back().floats += channel.components;
+    } else if (channel.rule != ChannelRule::sample_count && channel.rule != ChannelRule::caught) {
+      others.push_back(static_cast<int>(places.size()) - 1);
+    }
     switch (channel.rule) {
       case ChannelRule::mean:
       case ChannelRule::first:

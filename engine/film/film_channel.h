@@ -1,8 +1,10 @@
 // The channels of a film: how the values of many samples make a pixel's.
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -24,9 +26,11 @@ inline constexpr int k_ids_a_sample = 8;
 
 inline constexpr double k_least_divisor = 0x1p-10;
 
-/// Numbers of the mean channels that say what shadow catchers caught. The shadow is lit / bare, a ratio of sums.
+/// Numbers of the mean channels that say what shadow catchers caught. The shadow is (lit - brought) / bare, a ratio of
+/// sums.
 struct ShadowCatcher {
   int lit = -1, bare = -1;  ///< R, G, B of the catchers, shaded by others and not
+  int brought = -1;         ///< R, G, B of lit that mattes show as it is: it came by way of others; -1: there are none
   int cover = -1;           ///< share of the pixel that they take
   int behind = -1;          ///< R, G, B of the world behind them; -1: the film is transparent
   bool in_picture = true;   ///< the picture shows the shadow; if not, a channel does and the compositor lays it under
@@ -38,18 +42,26 @@ struct FilmChannel {
   /// channels of 4 named name00, name01 ...
   int components = 4;
   ChannelRule rule = ChannelRule::mean;
-  /// Number of a mean channel with as many components: a pixel is the ratio, 0 where both are 0. Where splats reach a
-  /// pixel in which no sample had any of the divisor, that reads as k_least_divisor, so that products give back the
-  /// sums.
+  /// Number of a mean channel with as many components or one: a pixel is the ratio, 0 where the divisor is.
+  /// But where splats reach a pixel in which no sample had any of a divisor that takes no splats itself (a colour),
+  /// that reads as k_least_divisor, so that products give back the sums.
   int divided_by = -1;
   int minus = -1;  ///< number of a mean channel with as many components that is subtracted when it is read
   /// What catchers add to the picture when it is read: the world behind them times the shadow or, on a transparent
-  /// film, alpha, as much as the shadow darkens.
+  /// film, alpha, as much as the shadow darkens; and what is brought to mattes.
   std::optional<ShadowCatcher> catcher = {};
   bool hidden = false;       ///< summed for others' sake, not read
   std::string letters = {};  ///< Channel::letters
   bool splats = false;       ///< takes splats in its first three components. Where the film takes none: nothing
 };
+
+/// Whether all of the floats are finite, told by their exponents' bits: several at a time.
+inline bool all_finite(std::span<const float> values) {
+  constexpr uint32_t k_exponent = 0x7f800000u;
+  uint32_t bad = 0;
+  for (const float value : values) bad |= (std::bit_cast<uint32_t>(value) & k_exponent) == k_exponent ? 1u : 0u;
+  return bad == 0;
+}
 
 /// Where everything of a channel lies.
 struct FilmLayout {
@@ -62,7 +74,13 @@ struct FilmLayout {
     int output = -1;  ///< its number in output_channels(), the first where it makes several; -1: hidden
     std::vector<int> dividends;  ///< channels that are divided by it
   };
+  /// Floats of a sample that are added to sums, as they stand.
+  struct Span {
+    int sample = 0, sum = 0, floats = 0;
+  };
   std::vector<Place> places;  ///< by channel
+  std::vector<Span> means;    ///< all channels of rule mean, neighbours in one
+  std::vector<int> others;    ///< channels that take something else of a sample
   int sample_floats = 0, sums = 0, id_slots = 0, planes = 0, output_floats = 0;
   bool plain = true;  ///< nothing but means, all read as they are
 

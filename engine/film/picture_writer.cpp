@@ -2,12 +2,14 @@
 // only in a destructor, which says nothing.
 #include "engine/film/picture_writer.h"
 
+#include <Imath/half.h>
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "engine/base/atomic_file.h"
 
@@ -53,6 +55,33 @@ Status encode(const std::string& path, const char* format, const OIIO::ImageSpec
   return file.commit();
 }
 
+bool is_color(const Channel& channel, bool main_picture) {
+  return main_picture || channel.letters == "RGB" || channel.letters == "RGBA" ||
+         (channel.letters.empty() && channel.components >= 3);
+}
+
+/// The rendered rows from the top, each component in its own format.
+std::vector<char> packed(const PictureView& picture, const std::vector<OIIO::TypeDesc>& formats) {
+  const size_t components = formats.size();
+  const Rectangle& window = picture.rendered;
+  std::vector<char> bytes;
+  const auto put = [&](const auto& value) {
+    const char* begin = reinterpret_cast<const char*>(&value);
+    bytes.insert(bytes.end(), begin, begin + sizeof(value));
+  };
+  for (int y = window.y + window.height - 1; y >= window.y; --y)
+    for (int x = window.x; x < window.x + window.width; ++x) {
+      const float* pixel = &picture.pixels[(static_cast<size_t>(y) * picture.width + x) * components];
+      for (size_t i = 0; i < components; ++i) {
+        if (formats[i] == OIIO::TypeDesc::HALF)
+          put(Imath::half(std::clamp(pixel[i], -float(HALF_MAX), float(HALF_MAX))));
+        else
+          put(pixel[i]);
+      }
+    }
+  return bytes;
+}
+
 Status write_exr(const std::string& path, const PictureView& picture) {
   const int components = component_count(picture);
   const Rectangle& window = picture.rendered;
@@ -69,6 +98,13 @@ Status write_exr(const std::string& path, const PictureView& picture) {
   spec.attribute("compression", "zip");
   spec.attribute("oiio:ColorSpace", "Linear");
   for (const auto& [name, value] : picture.metadata) spec.attribute(name, value);
+  if (picture.half_colors) {
+    for (size_t i = 0; i < picture.channels.size(); ++i)
+      spec.channelformats.insert(spec.channelformats.end(), static_cast<size_t>(picture.channels[i].components),
+                                 is_color(picture.channels[i], i == 0) ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT);
+    const std::vector<char> bytes = packed(picture, spec.channelformats);
+    return encode(path, "exr", spec, OIIO::TypeDesc::UNKNOWN, bytes.data(), OIIO::AutoStride, OIIO::AutoStride);
+  }
 
   const auto x_stride = static_cast<OIIO::stride_t>(components * sizeof(float));
   const OIIO::stride_t y_stride = x_stride * picture.width;

@@ -19,10 +19,13 @@ struct PictureView {
   std::span<const Channel> channels;
   std::span<const float> pixels;
   std::map<std::string, std::string> metadata;
+  /// EXR: colours (passes of R, G, B with or without A) in 16 bits, values beyond them as the largest there is; what no
+  /// colour is (depth, positions, vectors, ids) stays in 32, as in Blender's files.
+  bool half_colors = false;
 };
 
 /// Writes `path` under a temporary name, then renames, so that a full disk leaves neither half a file nor a spoilt old
-/// one. The extension decides: `.exr` (32-bit float, zip; the first pass as R, G, B, A, every other as pass.X) or
+/// one. The extension decides: `.exr` (float, zip; the first pass as R, G, B, A, every other as pass.X) or
 /// `.png` (8-bit sRGB of the first pass, straight alpha). Fails with a message that names the file.
 Status write_picture(const std::string& path, const PictureView& picture);
 

@@ -62,6 +62,45 @@ TEST_F(PictureWriter, exr_holds_every_channel_bit_for_bit_and_the_metadata) {
   EXPECT_EQ(file_count(), 1u);
 }
 
+TEST_F(PictureWriter, half_is_for_colours_alone) {
+  channels_.push_back({"light", 3, "RGB"});
+  channels_.push_back({"crypto", 4, "rgba"});
+  std::vector<float> pixels;
+  for (int i = 0; i < 12; ++i) {
+    pixels.insert(pixels.end(), pixels_.begin() + 5 * i, pixels_.begin() + 5 * i + 5);
+    for (const float value : {1e9f, 1.0f / 3.0f, -1e9f, 1e9f, 1.0f / 3.0f, 2.0f, 3.0f}) pixels.push_back(value);
+  }
+  view_.channels = channels_;
+  view_.pixels = pixels;
+  view_.half_colors = true;
+  view_.rendered = {1, 0, 3, 2};
+  ASSERT_TRUE(write_picture(path("a.exr"), view_));
+  auto input = OIIO::ImageInput::open(path("a.exr"));
+  ASSERT_TRUE(input);
+  const OIIO::ImageSpec& spec = input->spec();
+  std::vector<float> read(3 * 2 * 12);
+  ASSERT_TRUE(input->read_image(0, 0, 0, 12, OIIO::TypeDesc::FLOAT, read.data()));
+  const auto at = [&](const char* name, int x, int y) {
+    const int channel = spec.channelindex(name);
+    EXPECT_GE(channel, 0) << name;
+    return read[static_cast<size_t>(((1 - y) * 3 + x - 1) * 12 + channel)];
+  };
+  for (const char* name : {"R", "A", "light.G"})
+    EXPECT_EQ(spec.channelformat(spec.channelindex(name)), OIIO::TypeDesc::HALF) << name;
+  for (const char* name : {"depth.Z", "crypto.r", "crypto.a"})
+    EXPECT_EQ(spec.channelformat(spec.channelindex(name)), OIIO::TypeDesc::FLOAT) << name;
+  for (int y = 0; y < 2; ++y)
+    for (int x = 1; x < 4; ++x) {
+      EXPECT_EQ(at("R", x, y), float(x));
+      EXPECT_EQ(at("G", x, y), float(y));
+      EXPECT_EQ(at("depth.Z", x, y), 10.0f * x + y);
+      EXPECT_EQ(at("light.R", x, y), 65504.0f);
+      EXPECT_NEAR(at("light.G", x, y), 1.0f / 3.0f, 2e-4f);
+      EXPECT_EQ(at("light.B", x, y), -65504.0f);
+      EXPECT_EQ(at("crypto.g", x, y), 1.0f / 3.0f);
+    }
+}
+
 TEST_F(PictureWriter, exr_of_a_region_has_the_region_as_data_window) {
   view_.rendered = {1, 0, 2, 1};  // the bottom row
   ASSERT_TRUE(write_picture(path("a.exr"), view_));

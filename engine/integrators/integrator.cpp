@@ -62,7 +62,12 @@ std::array<IntegratorSettings, k_other_pictures> for_other_pictures(const Integr
   plain.observer = nullptr;
   IntegratorSettings of_catchers = plain;
   of_catchers.film_transparent = true;
-  return {plain, of_catchers, of_catchers};
+  std::array<IntegratorSettings, k_other_pictures> all{plain, of_catchers, of_catchers};
+  for (size_t i = 0; i < all.size(); ++i) {
+    all[i].picture = static_cast<OtherPicture>(i);
+    if (settings.passes && settings.passes->wants_parts(all[i].picture)) all[i].parts = settings.passes;
+  }
+  return all;
 }
 
 }  // namespace lambent

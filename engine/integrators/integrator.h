@@ -56,6 +56,8 @@ struct IntegratorSettings {
   float clamp_connection = 0.0f;  ///< VPL: largest sum of R, G, B that one connection adds; 0: no clamping
   std::shared_ptr<ContributionObserver> observer;  ///< null: nobody looks
   std::shared_ptr<const PassPlan> passes;          ///< null: the picture alone. The film has its channels
+  std::shared_ptr<const PassPlan> parts;           ///< of another picture, `picture`: whose parts it has; null: none
+  OtherPicture picture = OtherPicture::without_shadows;
   /// The scenes of the other pictures, by OtherPicture; null: no pass asks for it.
   std::array<std::shared_ptr<const Scene>, k_other_pictures> others;
   int threads = 0;  ///< for work between passes that the session does not hand out; 0: all

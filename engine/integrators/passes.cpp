@@ -1,12 +1,7 @@
 #include "engine/integrators/passes.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <cstring>
-#include <set>
 
 #include "engine/base/hash.h"
 #include "engine/path/shadow_ray.h"
@@ -18,92 +13,9 @@ namespace lambent {
 
 namespace {
 
-struct Kind {
-  const char* name;
-  PassKind kind;
-  const char* letters;  ///< Channel::letters, as Blender has them
-  bool light = false;   ///< sums what paths bring
-};
-constexpr bool k_light = true;
-
-constexpr Kind k_kinds[] = {{"depth", PassKind::depth, "Z"},
-                            {"mist", PassKind::mist, "Z"},
-                            {"position", PassKind::position, "XYZ"},
-                            {"normal", PassKind::normal, "XYZ"},
-                            {"uv", PassKind::uv, "UVA"},
-                            {"object_index", PassKind::object_index, "X"},
-                            {"material_index", PassKind::material_index, "X"},
-                            {"diffuse_direct", PassKind::diffuse_direct, "RGB", k_light},
-                            {"diffuse_indirect", PassKind::diffuse_indirect, "RGB", k_light},
-                            {"diffuse_color", PassKind::diffuse_color, "RGB"},
-                            {"glossy_direct", PassKind::glossy_direct, "RGB", k_light},
-                            {"glossy_indirect", PassKind::glossy_indirect, "RGB", k_light},
-                            {"glossy_color", PassKind::glossy_color, "RGB"},
-                            {"transmission_direct", PassKind::transmission_direct, "RGB", k_light},
-                            {"transmission_indirect", PassKind::transmission_indirect, "RGB", k_light},
-                            {"transmission_color", PassKind::transmission_color, "RGB"},
-                            {"volume_direct", PassKind::volume_direct, "RGB"},
-                            {"volume_indirect", PassKind::volume_indirect, "RGB"},
-                            {"emission", PassKind::emission, "RGB", k_light},
-                            {"environment", PassKind::environment, "RGB", k_light},
-                            {"ambient_occlusion", PassKind::ambient_occlusion, "RGB"},
-                            {"shadow", PassKind::shadow, "RGB"},
-                            {"sample_count", PassKind::sample_count, "X"},
-                            {"noisy", PassKind::noisy, "RGBA", k_light},
-                            {"denoising_albedo", PassKind::denoising_albedo, "RGB"},
-                            {"denoising_normal", PassKind::denoising_normal, "XYZ"},
-                            {"denoising_depth", PassKind::denoising_depth, "Z"},
-                            {"aov_color", PassKind::aov_color, "RGBA"},
-                            {"aov_value", PassKind::aov_value, "X"},
-                            {"light_group", PassKind::light_group, "RGB", k_light},
-                            {"cryptomatte_object", PassKind::cryptomatte_object, "rgba"},
-                            {"cryptomatte_material", PassKind::cryptomatte_material, "rgba"},
-                            {"cryptomatte_asset", PassKind::cryptomatte_asset, "rgba"},
-                            {"caustics_direct", PassKind::caustics_direct, "RGB", k_light},
-                            {"caustics_indirect", PassKind::caustics_indirect, "RGB", k_light},
-                            {"technique_unidirectional", PassKind::technique_unidirectional, "RGB", k_light},
-                            {"technique_connection", PassKind::technique_connection, "RGB", k_light},
-                            {"technique_merging", PassKind::technique_merging, "RGB", k_light},
-                            {"light_path", PassKind::light_path, "RGB", k_light},
-                            {"without_shadow", PassKind::without_shadow, "RGB"},
-                            {"shadow_difference", PassKind::shadow_difference, "RGB", k_light},
-                            {"shadow_ratio", PassKind::shadow_ratio, "RGB", k_light},
-                            {"shadow_catcher", PassKind::shadow_catcher, "RGB"},
-                            {"error", PassKind::error, "RGB"},
-                            {"time", PassKind::time, "X"}};
-
 constexpr float k_no_depth = 1e10f;
-constexpr int k_most_levels = 32;
 /// Where a path stands that leaves the first surface to ask what it receives.
 constexpr PathCounts k_counts_behind_first{k_ray_shadow, 1, 0, 0, 0, 0};
-
-bool is_cryptomatte(PassKind kind) {
-  return kind >= PassKind::cryptomatte_object && kind <= PassKind::cryptomatte_asset;
-}
-
-/// The kind of the colour that a pass of scattered light is divided by.
-std::optional<PassKind> color_of(PassKind kind) {
-  switch (kind) {
-    case PassKind::diffuse_direct:
-    case PassKind::diffuse_indirect:
-      return PassKind::diffuse_color;
-    case PassKind::glossy_direct:
-    case PassKind::glossy_indirect:
-      return PassKind::glossy_color;
-    case PassKind::transmission_direct:
-    case PassKind::transmission_indirect:
-      return PassKind::transmission_color;
-    case PassKind::shadow:
-      return PassKind::unshadowed;
-    default:
-      return std::nullopt;
-  }
-}
-
-/// The whole picture, to be compared with another.
-bool is_picture(PassKind kind) {
-  return kind == PassKind::noisy || kind == PassKind::shadow_difference || kind == PassKind::shadow_ratio;
-}
 
 bool is_diffuse(uint8_t event) { return event & k_scatter_diffuse; }
 
@@ -118,160 +30,24 @@ int caustic_receiver(const PathSignature& path) {
 
 }  // namespace
 
-std::vector<std::string> pass_kind_names() {
-  std::vector<std::string> names;
-  for (const Kind& kind : k_kinds) names.emplace_back(kind.name);
-  return names;
-}
-
-// --- The plan --------------------------------------------------------------------------------------------------------
-
-std::shared_ptr<const PassPlan> PassPlan::create(const std::vector<PassRequest>& requests, const Scene& scene,
-                                                 const PassSettings& settings, Report& report) {
-  const auto plan = std::make_shared<PassPlan>();
-  plan->settings_ = settings;
-  std::set<std::string> names{"combined"};
-  size_t channels = 1;
-  for (const PassRequest& request : requests) {
-    const auto leave_out = [&](const std::string& why) {
-      report.warning("pass", request.name, fmt::format("Pass '{}' is left out: {}", request.name, why));
-    };
-    const auto kind =
-        std::find_if(std::begin(k_kinds), std::end(k_kinds), [&](const Kind& k) { return request.kind == k.name; });
-    if (kind == std::end(k_kinds)) {
-      leave_out(fmt::format("there is no kind '{}' of pass", request.kind));
-    } else if (!names.insert(request.name).second) {
-      leave_out("another one has its name");
-    } else if (++channels > k_most_channels) {
-      leave_out(fmt::format("there are more than {} passes", k_most_channels));
-    } else {
-      FilmChannel channel{.name = request.name,
-                          .components = static_cast<int>(std::strlen(kind->letters)),
-                          .letters = kind->letters,
-                          .splats = kind->light};
-      plan->add(request, kind->kind, std::move(channel), scene, report);
-    }
-  }
-  if (plan->light_.empty() && plan->data_.empty() && !scene.has_shadow_catchers()) return nullptr;
-  const std::vector<Pass> asked = plan->data_;  // what is divided by may join them
-  for (const Pass& pass : plan->light_) plan->divide(pass);
-  for (const Pass& pass : asked) plan->divide(pass);
-  plan->compare_with_unshadowed();
-  if (scene.has_shadow_catchers()) plan->catch_shadows();
-  plan->layout_ = FilmLayout(plan->channels_);
-  for (const FilmChannel& channel : plan->channels_) plan->looks_ = plan->looks_ || channel.rule == ChannelRule::first;
-  for (const Pass& pass : plan->light_) {
-    const bool direct_caustics = pass.kind == PassKind::caustics_direct;
-    plan->events_ = plan->events_ || pass.expression || direct_caustics || pass.kind == PassKind::caustics_indirect;
-    plan->classes_ = plan->classes_ || direct_caustics || color_of(pass.kind);
-  }
-  for (const Pass& pass : plan->data_) plan->timed_ = plan->timed_ || pass.kind == PassKind::time;
-  return plan;
-}
-
-void PassPlan::add(const PassRequest& request, PassKind kind, FilmChannel channel, const Scene& scene, Report& report) {
-  Pass pass{.kind = kind};
-  if (is_cryptomatte(kind)) {
-    int levels = 6;
-    std::from_chars(request.argument.data(), request.argument.data() + request.argument.size(), levels);
-    channel.components = 4 * ((std::clamp(levels, 1, k_most_levels) + 1) / 2);
-    channel.rule = ChannelRule::ids;
-  } else if (kind == PassKind::depth || kind == PassKind::position || kind == PassKind::object_index ||
-             kind == PassKind::material_index) {
-    channel.rule = ChannelRule::first;
-  } else if (kind == PassKind::sample_count) {
-    channel.rule = ChannelRule::sample_count;
-  } else if (kind == PassKind::error) {
-    channel.rule = ChannelRule::error;
-  } else if (kind == PassKind::shadow_catcher) {
-    channel.rule = ChannelRule::caught;
-  } else if (kind == PassKind::aov_color || kind == PassKind::aov_value) {
-    pass.aov = request.argument;
-  } else if (kind == PassKind::light_group) {
-    const std::vector<std::string>& groups = scene.light_groups();
-    const auto found = std::find(groups.begin(), groups.end(), request.argument);
-    // A group without lights is black: a number that no light has.
-    pass.group = static_cast<uint16_t>(found == groups.end() ? 0xffff : found - groups.begin() + 1);
-    if (request.argument.empty()) pass.group = 0;
-  } else if (kind == PassKind::light_path) {
-    Result<LightPathExpression> expression = LightPathExpression::parse(request.argument, scene.light_groups());
-    if (!expression) {
-      report.warning("pass", request.name,
-                     fmt::format("Pass '{}' is left out: in its expression '{}', {}", request.name, request.argument,
-                                 expression.error()));
-      return;
-    }
-    pass.expression = std::move(*expression);
-  }
-  pass.channel = static_cast<int>(channels_.size());
-  (channel.splats ? light_ : data_).push_back(std::move(pass));
-  channels_.push_back(std::move(channel));
-}
-
-/// Scattered light is divided by the colour of what scatters it: a hidden channel where that is not asked for itself.
-void PassPlan::divide(const Pass& pass) {
-  const std::optional<PassKind> divisor = color_of(pass.kind);
-  if (!divisor) return;
-  auto found = std::find_if(data_.begin(), data_.end(), [&](const Pass& other) { return other.kind == *divisor; });
-  if (found == data_.end()) {
-    found = data_.insert(found, {.kind = *divisor, .channel = static_cast<int>(channels_.size())});
-    channels_.push_back({.name = {}, .components = 3, .hidden = true});
-  }
-  channels_[static_cast<size_t>(pass.channel)].divided_by = found->channel;
-}
-
-/// The picture without shadows is a channel of its own, hidden where that is not asked for itself.
-void PassPlan::compare_with_unshadowed() {
-  const auto channel_of = [&](const std::vector<Pass>& passes, PassKind kind) {
-    const auto found = std::find_if(passes.begin(), passes.end(), [&](const Pass& pass) { return pass.kind == kind; });
-    return found == passes.end() ? -1 : found->channel;
-  };
-  const int ratio = channel_of(light_, PassKind::shadow_ratio);
-  const int difference = channel_of(light_, PassKind::shadow_difference);
-  int& without = other_channels_[static_cast<size_t>(OtherPicture::without_shadows)];
-  without = channel_of(data_, PassKind::without_shadow);
-  if (without < 0 && ratio < 0 && difference < 0) return;
-  if (without < 0) {
-    without = static_cast<int>(channels_.size());
-    data_.push_back({.kind = PassKind::without_shadow, .channel = without});
-    channels_.push_back({.name = {}, .components = 3, .hidden = true});
-  }
-  channels_[static_cast<size_t>(without)].splats = true;
-  for (const Pass& pass : light_) {
-    FilmChannel& channel = channels_[static_cast<size_t>(pass.channel)];
-    if (pass.kind == PassKind::shadow_ratio) channel.divided_by = without;
-    if (pass.kind == PassKind::shadow_difference) channel.minus = without;
-  }
-}
-
-/// The light of the catchers with and without what shades them, their cover and the world behind: hidden channels, of
-/// which the picture and the pass are made when they are read.
-void PassPlan::catch_shadows() {
-  const auto add_part = [&](PassKind kind, int components, bool splats) {
-    const int channel = static_cast<int>(channels_.size());
-    data_.push_back({.kind = kind, .channel = channel});
-    channels_.push_back({.name = {}, .components = components, .hidden = true, .splats = splats});
-    return channel;
-  };
-  ShadowCatcher parts;
-  parts.lit = add_part(PassKind::catcher_lit, 3, true);
-  parts.bare = add_part(PassKind::catcher_bare, 3, true);
-  parts.cover = add_part(PassKind::catcher_cover, 1, false);
-  if (!settings_.film_transparent) parts.behind = add_part(PassKind::catcher_behind, 3, false);
-  other_channels_[static_cast<size_t>(OtherPicture::catcher_lit)] = parts.lit;
-  other_channels_[static_cast<size_t>(OtherPicture::catcher_bare)] = parts.bare;
-  for (FilmChannel& channel : channels_)
-    if (channel.rule == ChannelRule::caught) {
-      channel.catcher = parts;
-      parts.in_picture = false;  // as in Cycles
-    }
-  channels_.front().catcher = parts;
-}
-
 // --- The camera walk -----------------------------------------------------------------------------------------------
 
 PassRecorder::PassRecorder(const PassPlan& plan, const Scene& scene)
-    : plan_(plan), scene_(scene), values_(static_cast<size_t>(plan.layout_.sample_floats), 0.0f) {}
+    : plan_(plan),
+      scene_(scene),
+      light_(plan.light_),
+      data_(plan.data_),
+      values_(static_cast<size_t>(plan.layout_.sample_floats), 0.0f),
+      classes_(plan.classes_),
+      events_wanted_(plan.events_) {}
+
+PassRecorder::PassRecorder(const PassPlan& plan, const Scene& scene, OtherPicture picture)
+    : plan_(plan),
+      scene_(scene),
+      light_(plan.other_light(picture)),
+      data_(PassPlan::k_none),
+      values_(static_cast<size_t>(plan.layout_.sample_floats), 0.0f),
+      mattes_(picture == OtherPicture::catcher_lit) {}
 
 float PassRecorder::random() {
   random_state_ = hash_combine(random_state_, 1);
@@ -279,19 +55,19 @@ float PassRecorder::random() {
 }
 
 void PassRecorder::begin(int x, int y, uint32_t sample) {
-  if (plan_.timed_) start_ = std::chrono::steady_clock::now();
+  if (plan_.timed_ && !data_.empty()) start_ = std::chrono::steady_clock::now();
   std::fill(values_.begin(), values_.end(), 0.0f);
   random_state_ = hash_combine(
       hash_combine(hash_combine(plan_.settings_.seed, static_cast<uint32_t>(x)), static_cast<uint32_t>(y)), sample);
   vertices_ = 0;
   events_ = {};
-  saw_surface_ = false;
-  if (sample == 0 && plan_.looks_) look(x, y);
+  saw_surface_ = on_matte_ = met_other_ = false;
+  if (sample == 0 && plan_.looks_ && !data_.empty()) look(x, y);
 }
 
 /// What has no mean is that of the middle of the pixel: the first surface there that is opaque enough.
 void PassRecorder::look(int x, int y) {
-  for (const PassPlan::Pass& pass : plan_.data_)
+  for (const PassPlan::Pass& pass : data_)
     if (pass.kind == PassKind::depth) *at(pass) = k_no_depth;
   const CameraRay middle =
       scene_.camera().sample_ray({static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f}, {0.5f, 0.5f});
@@ -309,7 +85,7 @@ void PassRecorder::look(int x, int y) {
     scene_.fill_shading_point(hit, binding, -ray.direction, found.t, cone, counts, point);
     binding.program->evaluate(point, scene_.textures(), bsdf);
     if (opaque_enough(binding, bsdf)) {
-      for (const PassPlan::Pass& pass : plan_.data_) look_at(pass, point);
+      for (const PassPlan::Pass& pass : data_) look_at(pass, point);
       return;
     }
     cone.width_m += cone.spread * found.t;
@@ -341,7 +117,8 @@ void PassRecorder::visible(const SurfaceHit& hit, const SurfaceBinding& binding,
   const float opacity = 1.0f - average(bsdf.transparency());
   const float seen = average(throughput);
   const bool first = !saw_surface_ && opaque_enough(binding, bsdf);
-  for (const PassPlan::Pass& pass : plan_.data_) {
+  mean_normal_.reset();
+  for (const PassPlan::Pass& pass : data_) {
     switch (pass.kind) {
       case PassKind::diffuse_color:
         add_to(pass, throughput * bsdf.class_albedo(LobeClass::diffuse, point.wi_world));
@@ -372,8 +149,7 @@ void PassRecorder::visible(const SurfaceHit& hit, const SurfaceBinding& binding,
         Color shadowed(0.0f), unshadowed(0.0f);
         received(hit, point, bsdf, shadowed, unshadowed);
         add_to(pass, throughput * shadowed);
-        const int divisor = plan_.channels_[static_cast<size_t>(pass.channel)].divided_by;
-        add_to({.kind = PassKind::unshadowed, .channel = divisor}, throughput * unshadowed);
+        add_to(pass.divisor, throughput * unshadowed);
         break;
       }
       case PassKind::aov_color:
@@ -391,6 +167,9 @@ void PassRecorder::visible(const SurfaceHit& hit, const SurfaceBinding& binding,
         to[2] += value.z;
         break;
       }
+      case PassKind::matte:
+        if (scene_.in_matte(point.object_index, pass.matte)) *at(pass) += seen * opacity;
+        break;
       case PassKind::cryptomatte_object:
         add_id(pass, scene_.ids(point.object_index).object, seen * opacity);
         break;
@@ -416,13 +195,25 @@ void PassRecorder::first_surface(const PassPlan::Pass& pass, const SurfaceHit& h
     to[2] = v.z;
   };
   const auto mean_normal = [&] {
+    if (mean_normal_) return *mean_normal_;
     Vec3 sum(0.0f);
     for (const Lobe& lobe : bsdf.lobes())
       if (lobe.kind != LobeKind::transparent && lobe.kind != LobeKind::portal) sum += lobe.n * average(lobe.weight);
     const Vec3 n = normalize(sum);
-    return length_squared(n) > 0.0f && is_finite(n) ? n : point.ns_world;
+    mean_normal_ = length_squared(n) > 0.0f && is_finite(n) ? n : point.ns_world;
+    return *mean_normal_;
   };
   switch (pass.kind) {
+    case PassKind::vector: {
+      // As in Cycles every sample that got here counts alike, whatever stands before.
+      const Vec4 motion = scene_.motion()->vector_px(hit, scene_.geometry().instance(hit.instance));
+      if (!std::isfinite(motion.x + motion.y + motion.z + motion.w)) break;
+      std::copy_n(&motion.x, 4, to);
+      break;
+    }
+    case PassKind::vector_weight:
+      *to = 1.0f;
+      break;
     case PassKind::denoising_depth:
       *to = length(point.p_world - scene_.camera().origin()) * seen;
       break;
@@ -476,13 +267,17 @@ void PassRecorder::received(const SurfaceHit& hit, const ShadingPoint& point, co
   if (light.traits->shadows) shadowed *= transmittance(shadow_ray(scene_, hit, light), light.traits->linked.blockers);
 }
 
-void PassRecorder::scattered(const Bsdf& bsdf, const Vec3& wi_world, const BsdfSample& sample) {
+void PassRecorder::scattered(uint32_t instance, const Bsdf& bsdf, const Vec3& wi_world, const BsdfSample& sample) {
+  if (mattes_) {
+    if (vertices_ == 0) on_matte_ = scene_.instance(instance).matte;
+    met_other_ = met_other_ || scene_.instance(instance).holdout;
+  }
   const bool delta = sample.event & k_scatter_delta;
-  if (plan_.classes_ && vertices_ == 0)
+  if (classes_ && vertices_ == 0)
     first_ =
         delta ? ClassShares::all_of(sample.event & k_scatter_transmission ? LobeClass::transmission : LobeClass::glossy)
               : bsdf.class_shares(wi_world, sample.wo_world, Transport::radiance);
-  if (plan_.events_) events_.append(delta ? sample.event : event_at(bsdf, wi_world, sample.wo_world));
+  if (events_wanted_) events_.append(delta ? sample.event : event_at(bsdf, wi_world, sample.wo_world));
   ++vertices_;
 }
 
@@ -491,7 +286,8 @@ uint8_t PassRecorder::event_at(const Bsdf& bsdf, const Vec3& wi_world, const Vec
 }
 
 void PassRecorder::met(const Color& value, LightSource source, uint16_t group) {
-  add(value, {vertices_, vertices_ > 0 ? &first_ : nullptr, events_, source, group, Technique::emission_hit});
+  add(value, {vertices_, vertices_ > 0 ? &first_ : nullptr, events_, source, group, Technique::emission_hit,
+              on_matte_ && met_other_});
   if (source == LightSource::background && vertices_ == 0) add_background_albedo(value);
 }
 
@@ -499,9 +295,9 @@ void PassRecorder::see_through(const Vec3& direction_world, const Color& through
   scene_.lights().for_each_infinite(direction_world, counts.ray_kind, [&](const LightHit& hit) {
     const Color value = throughput * scene_.light_radiance(hit, counts);
     const PathSignature path{0, nullptr, {}, scene_.source_of(hit.light), hit.traits->group, Technique::emission_hit};
-    for (const PassPlan::Pass& pass : plan_.light_) {
+    for (const PassPlan::Pass& pass : light_) {
       Color part;
-      const bool shown = pass.kind == PassKind::environment || pass.kind == PassKind::light_group;
+      const bool shown = pass.kind == PassKind::environment || pass.group;
       if (shown && takes(pass, path, value, part)) add_to(pass, part * plan_.settings_.exposure);
     }
     if (path.source == LightSource::background) add_background_albedo(value);
@@ -509,20 +305,32 @@ void PassRecorder::see_through(const Vec3& direction_world, const Color& through
 }
 
 void PassRecorder::add_background_albedo(const Color& value) {
-  for (const PassPlan::Pass& pass : plan_.data_)
+  for (const PassPlan::Pass& pass : data_)
     if (pass.kind == PassKind::denoising_albedo) add_to(pass, value);
 }
 
-void PassRecorder::joined(const Color& value, const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world,
-                          Technique technique, const EventSequence& light_side, LightSource source, uint16_t group) {
-  if (plan_.light_.empty()) return;
+bool PassRecorder::meets_other(const LightWalk& walk, int depth) const {
+  for (int i = 0; i < walk.size() && walk[i].depth <= depth; ++i)
+    if (scene_.instance(walk[i].surface.instance).holdout) return true;
+  return false;
+}
+
+void PassRecorder::joined(const Color& value, uint32_t instance, const Bsdf& bsdf, const Vec3& wi_world,
+                          const Vec3& wo_world, Technique technique, const EventSequence& light_side,
+                          LightSource source, uint16_t group, const LightWalk* walk) {
+  if (light_.empty()) return;
   PathSignature path{vertices_ + 1 + light_side.count, &first_, {}, source, group, technique};
+  if (mattes_) {
+    const InstanceShading& here = scene_.instance(instance);
+    path.brought = (vertices_ == 0 ? here.matte : on_matte_) &&
+                   (met_other_ || here.holdout || (walk && meets_other(*walk, light_side.count)));
+  }
   ClassShares here;
-  if (plan_.classes_ && vertices_ == 0) {
+  if (classes_ && vertices_ == 0) {
     here = bsdf.class_shares(wi_world, wo_world, Transport::radiance);
     path.first = &here;
   }
-  if (plan_.events_) {
+  if (events_wanted_) {
     path.events = events_;
     path.events.append(event_at(bsdf, wi_world, wo_world));
     path.events.append_packed(light_side.bits, light_side.count);
@@ -530,12 +338,21 @@ void PassRecorder::joined(const Color& value, const Bsdf& bsdf, const Vec3& wi_w
   add(value, path);
 }
 
+void PassRecorder::add_other(OtherPicture picture, const Color& radiance, float cover, const PassRecorder* parts) {
+  others_[static_cast<size_t>(picture)] = radiance;
+  if (picture == OtherPicture::catcher_lit) cover_ = cover;
+  if (!parts) return;
+  for (const PassPlan::Pass& pass : parts->light_) {
+    const float* from = parts->values_.data() + pass.sample;
+    add_to(pass, {from[0], from[1], from[2]});
+  }
+}
+
 std::span<const float> PassRecorder::finish(const Vec4& picture, const Color& behind) {
   const float all[4] = {picture.x, picture.y, picture.z, picture.w};
   std::copy_n(all, 4, values_.begin());
-  for (const PassPlan::Pass& pass : plan_.light_)
-    if (is_picture(pass.kind)) std::copy_n(all, pass.kind == PassKind::noisy ? 4 : 3, at(pass));
-  for (const PassPlan::Pass& pass : plan_.data_) {
+  for (const PassPlan::Pass& pass : plan_.pictures_) std::copy_n(all, pass.kind == PassKind::noisy ? 4 : 3, at(pass));
+  for (const PassPlan::Pass& pass : plan_.late_) {
     if (pass.kind == PassKind::mist) *at(pass) = 1.0f - *at(pass);
     if (pass.kind == PassKind::without_shadow) add_to(pass, other(OtherPicture::without_shadows));
     if (pass.kind == PassKind::catcher_lit) add_to(pass, other(OtherPicture::catcher_lit));
@@ -546,8 +363,9 @@ std::span<const float> PassRecorder::finish(const Vec4& picture, const Color& be
       *at(pass) = std::chrono::duration<float, std::micro>(std::chrono::steady_clock::now() - start_).count();
   }
   // What is not finite in a pass (a broken UV map) does not cost the picture its sample.
-  for (size_t i = 4; i < values_.size(); ++i)
-    if (!std::isfinite(values_[i])) values_[i] = 0.0f;
+  if (!all_finite(std::span(values_).subspan(4)))
+    for (size_t i = 4; i < values_.size(); ++i)
+      if (!std::isfinite(values_[i])) values_[i] = 0.0f;
   return values_;
 }
 
@@ -579,6 +397,8 @@ bool PassRecorder::takes(const PassPlan::Pass& pass, const PathSignature& path, 
       return n == 0 && path.source == LightSource::background;
     case PassKind::light_group:
       return path.group == pass.group;
+    case PassKind::matte_light:
+      return path.brought;
     case PassKind::caustics_direct:
       // The receiver's own scattering counts by share, the events after it as they were chosen.
       return caustic_receiver(path) == 0 && of_class(LobeClass::diffuse);
@@ -592,20 +412,20 @@ bool PassRecorder::takes(const PassPlan::Pass& pass, const PathSignature& path, 
       return path.technique == Technique::merging;
     case PassKind::light_path:
       return pass.expression->matches(path.events, path.source, path.group);
-    default:
-      return is_picture(pass.kind);
+    default:  // the whole picture, or what a light group is in it
+      return !pass.group || path.group == *pass.group;
   }
 }
 
 void PassRecorder::add(const Color& value, const PathSignature& path) {
-  for (const PassPlan::Pass& pass : plan_.light_) {
+  for (const PassPlan::Pass& pass : light_) {
     Color part;
-    if (!is_picture(pass.kind) && takes(pass, path, value, part)) add_to(pass, part * plan_.settings_.exposure);
+    if (!pass.picture && takes(pass, path, value, part)) add_to(pass, part * plan_.settings_.exposure);
   }
 }
 
-void PassRecorder::add_to(const PassPlan::Pass& pass, const Color& value) {
-  float* to = at(pass);
+void PassRecorder::add_to(int sample_float, const Color& value) {
+  float* to = values_.data() + sample_float;
   to[0] += value.x;
   to[1] += value.y;
   to[2] += value.z;

@@ -18,6 +18,7 @@
 #include "engine/film/film.h"
 #include "engine/path/event_counts.h"
 #include "engine/path/light_path_expression.h"
+#include "engine/path/light_walk.h"
 #include "engine/path/technique.h"
 #include "engine/scene/scene.h"
 
@@ -79,8 +80,12 @@ enum class PassKind : uint8_t {
   shadow_catcher,
   error,
   time,
+  vector,
+  matte_light,
+  matte,
   // Parts of others; nobody asks for them.
-  unshadowed,  ///< what `shadow` is divided by
+  unshadowed,     ///< what `shadow` is divided by
+  vector_weight,  ///< what `vector` is divided by: share of the samples that met something
   catcher_lit,
   catcher_bare,
   catcher_cover,
@@ -125,13 +130,19 @@ class PassPlan {
   int plane(OtherPicture picture) const { return layout_.places[static_cast<size_t>(other_channel(picture))].plane; }
   /// Some pass asks for the sequence of events.
   bool wants_events() const { return events_; }
+  /// Some pass is a part of the light of another picture: its kernels need a PassRecorder.
+  bool wants_parts(OtherPicture picture) const { return !other_light(picture).empty(); }
 
  private:
   friend class PassRecorder;
   struct Pass {
     PassKind kind;
     int channel = 0;
-    uint16_t group = 0;
+    int sample = 0;                      ///< first of its floats in a sample
+    int divisor = 0;                     ///< that of what it is divided by
+    bool picture = false;                ///< the whole picture, to be compared with another
+    std::optional<uint16_t> group = {};  ///< of lights; the passes of shadows without one are of the whole picture
+    size_t matte = 0;                    ///< Scene::mattes()
     std::string aov = {};
     std::optional<LightPathExpression> expression = {};
   };
@@ -139,14 +150,22 @@ class PassPlan {
   void add(const PassRequest& request, PassKind kind, FilmChannel channel, const Scene& scene, Report& report);
   void divide(const Pass& pass);
   void compare_with_unshadowed();
-  void catch_shadows();
+  void catch_shadows(bool mattes);
+  void lay_out();
   int other_channel(OtherPicture picture) const { return other_channels_[static_cast<size_t>(picture)]; }
+  const std::vector<Pass>& other_light(OtherPicture picture) const {
+    return other_light_[static_cast<size_t>(picture)];
+  }
+  std::vector<Pass>& other_light(OtherPicture picture) { return other_light_[static_cast<size_t>(picture)]; }
   const FilmLayout::Place& place(const Pass& pass) const { return layout_.places[static_cast<size_t>(pass.channel)]; }
 
+  inline static const std::vector<Pass> k_none;
   PassSettings settings_;
   std::vector<FilmChannel> channels_{{.name = "combined", .splats = true}};
-  std::vector<Pass> light_;  ///< sums what paths bring
-  std::vector<Pass> data_;   ///< shows what the camera sees, or how it was sampled
+  std::vector<Pass> light_;            ///< sums what paths bring
+  std::vector<Pass> data_;             ///< shows what the camera sees, or how it was sampled
+  std::vector<Pass> pictures_, late_;  ///< those of them that are known when the sample is done
+  std::array<std::vector<Pass>, k_other_pictures> other_light_;  ///< as light_, of what paths bring in another picture
   FilmLayout layout_;
   std::array<int, k_other_pictures> other_channels_{-1, -1, -1};
   bool events_ = false;
@@ -163,6 +182,7 @@ struct PathSignature {
   LightSource source = LightSource::lamp;
   uint16_t group = 0;  ///< number of the light's group
   Technique technique = Technique::emission_hit;
+  bool brought = false;  ///< to a matte (x_1) by way of an object that is none; told in the picture catcher_lit alone
 };
 
 /// One thread's: follows one sample at a time.
@@ -170,29 +190,30 @@ class PassRecorder {
  public:
   /// Keeps references.
   PassRecorder(const PassPlan& plan, const Scene& scene);
+  /// For the parts (PassPlan::wants_parts) of another picture of `scene`: it records light alone.
+  PassRecorder(const PassPlan& plan, const Scene& scene, OtherPicture picture);
 
   // --- The camera walk, in this order -------------------------------------------------------------------------------
   void begin(int x, int y, uint32_t sample);
   /// A surface that the camera sees: directly or through transparent ones, whose transmittance is `throughput`.
   void visible(const SurfaceHit& hit, const SurfaceBinding& binding, const ShadingPoint& point, const Bsdf& bsdf,
                const Color& throughput);
-  /// The walk scattered at its next vertex.
-  void scattered(const Bsdf& bsdf, const Vec3& wi_world, const BsdfSample& sample);
+  /// The walk scattered at its next vertex, on `instance`.
+  void scattered(uint32_t instance, const Bsdf& bsdf, const Vec3& wi_world, const BsdfSample& sample);
   /// Light that the walk met.
   void met(const Color& value, LightSource source, uint16_t group);
   /// The camera sees the world along `direction` through a transparent film: no part of the picture, but of what shows
   /// the world (as in Cycles).
   void see_through(const Vec3& direction_world, const Color& throughput, const PathCounts& counts);
   /// Light that was joined to the walk at its newest vertex, seen from `wi_world`, along `wo_world`; `light_side` are
-  /// the events at x_(m+1) ... x_n (what connections join last is the first of them).
-  void joined(const Color& value, const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world, Technique technique,
-              const EventSequence& light_side, LightSource source, uint16_t group);
+  /// the events at x_(m+1) ... x_n (what connections join last is the first of them). @param walk whose they are; null
+  /// where light_side is empty or of a photon
+  void joined(const Color& value, uint32_t instance, const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world,
+              Technique technique, const EventSequence& light_side, LightSource source, uint16_t group,
+              const LightWalk* walk = nullptr);
   /// What the sample is in another picture, exposure included. @param cover of catcher_lit: share of the sample that
-  /// the catchers take
-  void add_other(OtherPicture picture, const Color& radiance, float cover) {
-    others_[static_cast<size_t>(picture)] = radiance;
-    if (picture == OtherPicture::catcher_lit) cover_ = cover;
-  }
+  /// the catchers take @param parts the recorder of that picture's sample, or null
+  void add_other(OtherPicture picture, const Color& radiance, float cover, const PassRecorder* parts);
   /// The sample's floats, for TileWriter::add. `picture` is the film's first channel, `behind` what of the world it
   /// would have where shadow catchers are, exposure included.
   std::span<const float> finish(const Vec4& picture, const Color& behind);
@@ -201,14 +222,17 @@ class PassRecorder {
   /// What a light walk's vertex sends to the lens: calls splat(plane, color) for each pass of light that takes some.
   template <typename Splat>
   void splatted(const Color& value, const PathSignature& signature, Splat&& splat) const {
-    for (const PassPlan::Pass& pass : plan_.light_) {
+    for (const PassPlan::Pass& pass : light_) {
       Color part;
       if (takes(pass, signature, value, part)) splat(plan_.place(pass).plane, part);
     }
   }
-  bool wants_light() const { return !plan_.light_.empty(); }
-  bool wants_events() const { return plan_.events_; }
-  bool wants_classes() const { return plan_.classes_; }
+  bool wants_light() const { return !light_.empty(); }
+  bool wants_events() const { return events_wanted_; }
+  bool wants_classes() const { return classes_; }
+  /// Whether a light walk scatters at an object that is no catcher, up to `depth` from the light; asked for mattes.
+  bool meets_other(const LightWalk& walk, int depth) const;
+  bool wants_mattes() const { return mattes_; }
   /// An event for a pair of directions, chosen by what each kind of lobe has of the light.
   uint8_t event_at(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world);
 
@@ -217,7 +241,8 @@ class PassRecorder {
   float random();
   static bool takes(const PassPlan::Pass& pass, const PathSignature& path, const Color& value, Color& part);
   void add(const Color& value, const PathSignature& path);
-  void add_to(const PassPlan::Pass& pass, const Color& value);
+  void add_to(const PassPlan::Pass& pass, const Color& value) { add_to(pass.sample, value); }
+  void add_to(int sample_float, const Color& value);
   void add_background_albedo(const Color& value);
   void add_id(const PassPlan::Pass& pass, float id, float weight);
   void first_surface(const PassPlan::Pass& pass, const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf,
@@ -230,11 +255,14 @@ class PassRecorder {
   /// @param blockers LinkSets' of the light at its end
   Color transmittance(const Ray& ray, uint8_t blockers = 0) const;
   const Color& other(OtherPicture picture) const { return others_[static_cast<size_t>(picture)]; }
-  float* at(const PassPlan::Pass& pass) { return values_.data() + plan_.place(pass).sample; }
+  float* at(const PassPlan::Pass& pass) { return values_.data() + pass.sample; }
 
   const PassPlan& plan_;
   const Scene& scene_;
+  const std::vector<PassPlan::Pass>&light_, &data_;  ///< those that this records
   std::vector<float> values_;
+  const bool classes_ = false, events_wanted_ = false;  ///< as PassPlan's
+  const bool mattes_ = false;                           ///< follows what is brought to mattes
   uint32_t random_state_ = 0;
   std::chrono::steady_clock::time_point start_;
   std::array<Color, k_other_pictures> others_{Color(0.0f), Color(0.0f), Color(0.0f)};
@@ -243,7 +271,9 @@ class PassRecorder {
   int vertices_ = 0;
   ClassShares first_;  ///< at x_1
   EventSequence events_;
-  bool saw_surface_ = false;  ///< one that is opaque enough for normals, UVs...
+  bool on_matte_ = false, met_other_ = false;  ///< x_1 is on a matte; an object that is none has scattered the walk
+  std::optional<Vec3> mean_normal_;            ///< of the surface that is seen, once asked for
+  bool saw_surface_ = false;                   ///< one that is opaque enough for normals, UVs...
 };
 
 }  // namespace lambent

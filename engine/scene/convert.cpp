@@ -202,9 +202,9 @@ uint32_t visibility_mask(const description::Visibility& visibility) {
          (visibility.shadow ? k_ray_shadow : 0u) | (visibility.volume_scatter ? k_ray_volume_scatter : 0u);
 }
 
-std::vector<Transform> instance_transforms(const description::Object& object, const Vec3d& origin_shift) {
-  if (!object.transforms) return {};
-  const std::span<const float> rows = object.transforms->as<float>();
+std::vector<Transform> instance_transforms(const ArrayPointer& given, const Vec3d& origin_shift) {
+  if (!given) return {};
+  const std::span<const float> rows = given->as<float>();
   std::vector<Transform> transforms(rows.size() / 12);
   for (size_t i = 0; i < transforms.size(); ++i)
     transforms[i] = shifted(Transform::from_rows(&rows[12 * i]), origin_shift);

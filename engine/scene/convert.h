@@ -21,7 +21,7 @@ CameraSpec camera_spec(const description::Camera& camera, const description::Set
                        const Vec3d& origin_shift);
 /// RayKind bits.
 uint32_t visibility_mask(const description::Visibility& visibility);
-/// The transforms of an object's instances, each with `origin_shift` subtracted in double.
-std::vector<Transform> instance_transforms(const description::Object& object, const Vec3d& origin_shift);
+/// Transforms f32[N][3][4] as given (null: none), each with `origin_shift` subtracted in double.
+std::vector<Transform> instance_transforms(const ArrayPointer& given, const Vec3d& origin_shift);
 
 }  // namespace lambent

@@ -14,6 +14,7 @@
 #include "engine/lights/light_set.h"
 #include "engine/scene/mesh_attributes.h"
 #include "engine/scene/profile.h"
+#include "engine/scene/scene_motion.h"
 #include "engine/scene/shader_rays.h"
 #include "engine/shading/program.h"
 #include "engine/shading/shading_point.h"
@@ -48,9 +49,10 @@ struct InstanceShading {
   uint32_t random_id = 0;
   uint32_t object_index = 0;
   uint32_t object_pass_index = 0;
-  uint16_t light_group = 0;     ///< of what its surfaces emit
-  bool holdout = false;         ///< the camera sees a hole there
-  bool shadow_catcher = false;  ///< ... through which the world shows if the film is opaque
+  uint16_t light_group = 0;         ///< of what its surfaces emit
+  bool holdout : 1 = false;         ///< the camera sees a hole there
+  bool shadow_catcher : 1 = false;  ///< ... through which the world shows if the film is opaque
+  bool matte : 1 = false;           ///< catches more than shadows
 };
 static_assert(sizeof(InstanceShading) == 24);
 
@@ -88,6 +90,15 @@ class Scene {
   const std::set<std::string>& emissive_objects() const { return emissive_objects_; }
   /// The camera may see objects that show nothing but the shadows on them.
   bool has_shadow_catchers() const { return has_shadow_catchers_; }
+  /// ... some of them also the light that comes by way of other objects.
+  bool has_mattes() const { return has_mattes_; }
+  /// Names of the mattes that passes ask for.
+  const std::vector<std::string>& mattes() const { return mattes_; }
+  static constexpr size_t k_most_mattes = 64;
+  /// Whether a matte, by its number in mattes(), shows an object.
+  bool in_matte(uint32_t object_index, size_t matte) const { return (object_mattes_[object_index] >> matte & 1u) != 0; }
+  /// Null unless a pass asks for motion.
+  const SceneMotion* motion() const { return motion_.get(); }
   /// What a ray that leaves the scene along `direction` sees of the world and of suns.
   Color background_radiance(const Vec3& direction_world, const PathCounts& counts) const {
     Color radiance(0.0f);
@@ -205,7 +216,10 @@ class Scene {
   SceneProfile profile_;
   std::vector<std::string> lights_without_walks_;
   std::set<std::string> emissive_objects_;
-  bool has_shadow_catchers_ = false;
+  bool has_shadow_catchers_ = false, has_mattes_ = false;
+  std::vector<std::string> mattes_;
+  std::vector<uint64_t> object_mattes_;  ///< by object_index: number n of mattes_ as bit n; empty without mattes_
+  std::shared_ptr<const SceneMotion> motion_;
   Vec3d origin_shift_{0.0};
   bool subtracts_light_ = false;
   float pixel_width_m_ = 0.0f, pixel_spread_ = 0.0f;  ///< at the middle of the frame

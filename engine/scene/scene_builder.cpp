@@ -162,7 +162,7 @@ void SceneBuilder::State::place_objects(Build& build) {
     Bounds3 box(Vec3(0.0f));
     if (found != description.meshes.end()) box = shape_of(build, *object, found->second)->bounds_object();
     if (box.isEmpty()) continue;
-    for (const Transform& transform : instance_transforms(*object, Vec3d(0.0)))
+    for (const Transform& transform : instance_transforms(object->transforms, Vec3d(0.0)))
       if (transform.is_finite()) bounds.extendBy(transform.bounds(box));
   }
   build.scene->origin_shift_ = choose_origin_shift(bounds);
@@ -187,7 +187,7 @@ void SceneBuilder::State::place_objects(Build& build) {
     GeometryObject& placed = build.geometry_objects.emplace_back();
     placed.name = object->name;
     placed.mesh = shape;
-    placed.world_from_object = instance_transforms(*object, build.scene->origin_shift_);
+    placed.world_from_object = instance_transforms(object->transforms, build.scene->origin_shift_);
     placed.visibility = visibility_mask(object->visibility);
     const uint32_t first = bind_materials(build, *object, *shape);
     const uint32_t slots = static_cast<uint32_t>(build.scene->bindings_.size()) - first;
@@ -312,8 +312,15 @@ void SceneBuilder::State::add_instances(Build& build) {
       shading.light_group = group;
       shading.holdout = object->holdout || object->shadow_catcher;
       shading.shadow_catcher = object->shadow_catcher && !object->holdout;
+      shading.matte = object->matte;
       scene.has_shadow_catchers_ |= shading.shadow_catcher && object->visibility.camera;
+      scene.has_mattes_ |= shading.shadow_catcher && shading.matte && object->visibility.camera;
     }
+    if (scene.mattes_.empty()) continue;
+    if (scene.object_mattes_.size() <= number) scene.object_mattes_.resize(number + 1, 0);
+    for (size_t k = 0; k < scene.mattes_.size(); ++k)
+      if (std::find(object->mattes.begin(), object->mattes.end(), scene.mattes_[k]) != object->mattes.end())
+        scene.object_mattes_[number] |= uint64_t{1} << k;
   }
 }
 
@@ -365,7 +372,15 @@ Result<std::shared_ptr<const Scene>> SceneBuilder::build_scene(const SceneDescri
   if (!first_camera) return Error{first_camera.error()};
   State::Build build{description, cancel, report, std::shared_ptr<Scene>(new Scene(*first_camera)), {}, {}, {}, {},
                      false,       {},     {}};
-  for (const description::Pass& pass : settings.passes) build.ids = build.ids || pass.kind.starts_with("cryptomatte");
+  bool motion = false;
+  for (const description::Pass& pass : settings.passes) {
+    build.ids = build.ids || pass.kind.starts_with("cryptomatte");
+    motion = motion || pass.kind == "vector";
+    std::vector<std::string>& mattes = build.scene->mattes_;
+    if (pass.kind == "matte" && mattes.size() < Scene::k_most_mattes &&
+        std::find(mattes.begin(), mattes.end(), pass.argument) == mattes.end())
+      mattes.push_back(pass.argument);
+  }
   build.scene->textures_ = state.textures;
 
   state.load_images(build);
@@ -401,6 +416,7 @@ Result<std::shared_ptr<const Scene>> SceneBuilder::build_scene(const SceneDescri
   if (!geometry) return Error{geometry.error()};
   build.scene->geometry_ = *geometry;
   state.add_instances(build);
+  if (motion) state.add_motion(build);
   state.build_lights(build);
   if (cancel.cancelled()) return Error{k_cancelled};
   state.find_profile(build);

@@ -128,7 +128,7 @@ void SceneBuilder::State::add_lamps(Build& build, LightSetBuilder& set) {
     lamp.traits.starts_walks &= lamp.traits.shadows && !(lamp.traits.hidden_from & k_visible_scattered);
     if (!lamp.traits.starts_walks) build.scene->lights_without_walks_.push_back(object->name);
     build.scene->subtracts_light_ |= min_component(lamp.energy) < 0.0f;
-    for (const Transform& transform : instance_transforms(*object, build.scene->origin_shift_)) {
+    for (const Transform& transform : instance_transforms(object->transforms, build.scene->origin_shift_)) {
       lamp.world_from_light = transform;
       if (lamp.traits.program) {
         lamp.traits.user = static_cast<uint32_t>(build.scene->lamp_programs_.size());

@@ -113,6 +113,7 @@ struct SceneBuilder::State {
                                           const TriangleMesh& mesh);
   uint32_t bind_materials(Build& build, const description::Object& object, const TriangleMesh& mesh);
   void add_instances(Build& build);
+  void add_motion(Build& build);  ///< scene_motion.cpp
   /// Number of a light group, new ones included; 0 for no name.
   static uint16_t light_group(Build& build, const std::string& name);
   void link_lights(Build& build);

@@ -49,6 +49,8 @@ COMPONENTS = {
     **dict.fromkeys(("denoising_albedo", "denoising_normal", "light_group", "light_path", "error"), 3),
     **{f"{lobe}_{part}": 3 for lobe in ("diffuse", "glossy", "transmission") for part in ("direct", "indirect", "color")},
     **{f"{where}_{part}": 3 for where in ("volume", "caustics") for part in ("direct", "indirect")},
+    **dict.fromkeys(("without_shadow", "shadow_difference", "shadow_ratio", "matte_light"), 3),
+    "matte": 1,
     **{f"technique_{name}": 3 for name in ("unidirectional", "connection", "merging")},
 }
 _record_numbers = itertools.count()

@@ -192,6 +192,9 @@ for name in ('caustics_direct', 'caustics_indirect', 'error'): setattr(layer.lam
 path = layer.lambent.light_paths.add(); path.name, path.expression = 'Mirrors', 'C<RS>.*L'
 multilayer('blender')
 render(write_still=True)
+multilayer('half')
+scene.render.image_settings.color_depth = '16'
+render(write_still=True)
 bpy.context.window.view_layer = layer
 print('EXPORTED', bpy.ops.lambent.scene_export(filepath=os.path.join(FOLDER, 'saved.lambent')))
 """
@@ -206,6 +209,16 @@ print('EXPORTED', bpy.ops.lambent.scene_export(filepath=os.path.join(FOLDER, 'sa
     assert set(in_blender) - set(without) == left_out(run) and len(without) > 40
     for name, pixels in without.items():
         assert np.array_equal(pixels, in_blender[name], equal_nan=True), name
+    # In half too, which leaves what is no colour as it was.
+    subprocess.run([LAMBENT, "render", tmp_path / "saved.lambent", "-o", tmp_path / "half_saved.exr", "--half", "--quiet"], check=True, timeout=120)
+    blenders_half = multilayer.read(tmp_path / "half.exr")[0]["ViewLayer"]
+    (own_half,) = multilayer.read(tmp_path / "half_saved.exr")[0].values()
+    for name, pixels in own_half.items():
+        assert np.array_equal(pixels, blenders_half[name], equal_nan=True), name
+        data = name in ("Depth", "Position", "Vector", "Normal", "UV", "Mist") or "Index" in name or name.startswith("Crypto")
+        assert not data or np.array_equal(pixels, without[name], equal_nan=True), name
+    assert not np.array_equal(own_half["Combined"], without["Combined"])
+    assert not np.array_equal(own_half["Diffuse Direct"], without["Diffuse Direct"])
     for kind in ("CryptoObject", "CryptoMaterial", "CryptoAsset"):
         expected = multilayer.manifest(attributes, "ViewLayer", kind)
         layer = "ViewLayer" if any(value == f"ViewLayer.{kind}" for value in own_attributes.values()) else ""

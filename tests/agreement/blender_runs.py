@@ -236,13 +236,15 @@ def render(scene, engine, seeds, samples, width, folder, blender=None, variant="
     return run
 
 
-def render_layers(scene, engine, seeds, samples, width, folder, blender=None, settings=None, layer_settings=None, balance=None, timeout_s=3600):
+def render_layers(
+    scene, engine, seeds, samples, width, folder, blender=None, settings=None, layer_settings=None, balance=None, objects=None, timeout_s=3600
+):
     """As render, with all view layers and passes; returns (pictures, attributes, run): {layer: {pass: float32[seed][height]
     [width][channel]}} by the names of Blender 5, and {attribute: value} of the first seed's file. layer_settings: of the first
-    layer's own settings for Lambent; balance: factors of light groups."""
+    layer's own settings for Lambent; balance: factors of light groups; objects: {"mattes", "removed" or "camera_only": [names]}."""
     job = {
         "engine": engine, "width": width, "samples": samples, "seeds": list(seeds), "variant": "", "settings": settings or {},
-        "layers": True, "layer_settings": layer_settings or {}, "balance": balance or {}, "shadow_objects": k_shadow_objects,
+        "layers": True, "layer_settings": layer_settings or {}, "balance": balance or {}, "shadow_objects": k_shadow_objects, **(objects or {}),
     }  # fmt: skip
     run = run_job(scene, job, folder, blender, timeout_s)
     files = [multilayer.read(path) for path in picture_paths(engine, seeds, folder)]

@@ -8,7 +8,8 @@ JOB.json: {"engine": "CYCLES" | "LAMBENT", "daemon": path, "width": px, "height"
 "samples": n, "seeds": [n..], "out": prefix, "variant": "" | a name in k_variants, "settings": {name: value of the engine's},
 "layers": false, "layer_settings": {name: value of the first view layer's lambent}, "passes": null | [the protocol's kinds of
 passes that the first view layer asks for, "aovs" and "light_groups"], "balance": {light group: factor for all its lights},
-"shadow_objects": [names of objects whose shadows passes take away]}. Writes PREFIX<seed>.exr (float32, scene-linear; RGBA of
+"shadow_objects": [names of objects whose shadows passes take away], "mattes": [names of objects that are mattes], "removed": [names
+of objects that are not there], "camera_only": [names of objects that nothing but the camera sees]}. Writes PREFIX<seed>.exr (float32, scene-linear; RGBA of
 the first view layer, or with "layers" every pass of every layer) for each seed and PREFIXresult.json: {"blender": version, "size": [w, h], "seconds": [wall time of each render],
 "statistics": [what lambentd said of each render]}. Prints `render_job: start SEED` and `render_job: end SEED` around each
 render, and `render_job: pixels` when the first tile of Lambent's is in Blender.
@@ -154,6 +155,11 @@ def prepare(scene, job):
         k_variants[job["variant"]](scene)
     if job.get("balance"):
         rebalance(scene, job["balance"])
+    for name in job.get("removed", ()):
+        scene.objects[name].hide_render = True
+    for name in job.get("camera_only", ()):
+        for kind in ("diffuse", "glossy", "transmission", "shadow"):
+            setattr(scene.objects[name], f"visible_{kind}", False)
     assign(scene.cycles, k_cycles)
     if scene.world:
         if hasattr(scene.world.light_settings, "use_ambient_occlusion"):  # before Blender 5
@@ -179,6 +185,8 @@ def prepare(scene, job):
         for name in job.get("shadow_objects", ()):
             if name in scene.objects:
                 scene.objects[name].lambent.shadow_pass = True
+        for name in job.get("mattes", ()):
+            scene.objects[name].is_shadow_catcher = scene.objects[name].lambent.matte = True
     else:
         assign(scene.cycles, job.get("settings", {}))
     render.engine = job["engine"]

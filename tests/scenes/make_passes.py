@@ -113,7 +113,11 @@ def main():
     blocks.world(scene, (0.25, 0.3, 0.4)).lightgroup = "sky"
     scene.world.mist_settings.start, scene.world.mist_settings.depth = 4.0, 6.0
     scene.world.light_settings.distance = 1.0
-    blocks.camera(scene, (0.4, -6.5, 2.6), (0, 0, 0.55), 50.0)
+    camera = blocks.camera(scene, (0.4, -6.5, 2.6), (0, 0, 0.55), 50.0)
+    for frame, x in ((0, 0.3), (2, 0.5)):
+        camera.location.x = x
+        camera.keyframe_insert("location", frame=frame)
+    scene.frame_set(1)
     scene.render.film_transparent = True
     blocks.transport(scene, 4)
     layer = scene.view_layers[0]

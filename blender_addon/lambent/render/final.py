@@ -10,7 +10,7 @@ import traceback
 import bpy
 import numpy as np
 
-from ..sync import passes, settings
+from ..sync import camera as cameras, motion, passes, settings
 from ..sync.objects import Interrupted
 from ..sync.scene import NothingToRender, View, export_scene, wanted_passes
 from ..wire.client import DaemonError, Stopped
@@ -163,6 +163,8 @@ class _LayerRender:
     def _send_scene(self, epoch):
         stop = self._engine.test_break
         view = self._view()
+        if self._shows_motion(view):
+            view = self._view_with_motion(stop)
         edits = export_scene(self._depsgraph, self._session.state, view, stop, self._keep_mesh)
         self._passes = wanted_passes(self._scene, self._depsgraph.view_layer_eval, view)
         self._mattes = edits.mattes
@@ -174,6 +176,29 @@ class _LayerRender:
         if encoded:
             self._messages += self._client.commit(epoch, encoded, stop)
         edits.confirm()
+
+    def _shows_motion(self, view):
+        wanted = wanted_passes(self._scene, self._depsgraph.view_layer_eval, view)
+        return any(entry.kind == "vector" for entry in wanted) and not self._scene.render.use_motion_blur and view.camera is not None
+
+    def _view_with_motion(self, stop):
+        """The view, once the frames before and after have been looked at."""
+        camera = (self._engine.camera_override or self._scene.camera).original
+
+        def camera_step():
+            evaluated = camera.evaluated_get(self._depsgraph)
+            if self._view_name:
+                self._engine.active_view_set(self._view_name)
+            return cameras.step(evaluated, self._engine.camera_model_matrix(evaluated))
+
+        neighbours = motion.visit(self._engine, self._depsgraph, camera_step, stop)
+        if neighbours is None:
+            raise Interrupted()
+        # Evaluated anew.
+        self._scene = self._depsgraph.scene_eval
+        view = self._view()
+        view.motion = neighbours
+        return view
 
     def _save_scene(self, path, saved):
         if not self._session.local:

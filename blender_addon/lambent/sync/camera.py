@@ -5,11 +5,14 @@
 
 from mathutils import Matrix, Vector
 
+from . import motion
 
-def export_camera(edits, camera_object, matrix_world, shift_x):
+
+def export_camera(edits, camera_object, matrix_world, shift_x, neighbours=None):
     """Puts the camera of an evaluated object seen from matrix_world (mathutils 4x4) and returns its id.
 
-    matrix_world and shift_x differ from the object's own where several views are rendered.
+    matrix_world and shift_x differ from the object's own where several views are rendered. neighbours: the protocol's "motion",
+    or None.
     """
     data = camera_object.data
     name = camera_object.name_full
@@ -19,7 +22,7 @@ def export_camera(edits, camera_object, matrix_world, shift_x):
     value = {
         "name": name,
         "type": "orthographic" if data.type == "ORTHO" else "perspective",
-        "transform": [component for row in matrix_world[:3] for component in row],
+        "transform": motion.rows(matrix_world),
         "focal_length_mm": data.lens,
         "sensor_width_mm": data.sensor_width,
         "sensor_height_mm": data.sensor_height,
@@ -30,8 +33,15 @@ def export_camera(edits, camera_object, matrix_world, shift_x):
     }
     if data.dof.use_dof:
         value["depth_of_field"] = depth_of_field(data.dof, matrix_world)
+    if neighbours is not None:
+        value["motion"] = neighbours
     edits.put("camera", name, value)
     return name
+
+
+def step(camera_object, matrix_world):
+    """The protocol's step of an evaluated camera object seen from matrix_world in another frame."""
+    return {"transform": motion.rows(matrix_world), "focal_length_mm": camera_object.data.lens}
 
 
 def depth_of_field(dof, matrix_world):

@@ -11,7 +11,7 @@ object that Blender hands out is valid only until the next step.
 import bpy
 import numpy as np
 
-from . import compat, light, light_linking, material, mesh
+from . import instances, light, light_linking, material, mesh
 
 _CONVERTIBLE = ("MESH", "CURVE", "SURFACE", "FONT", "META")
 _NOT_RENDERED = {
@@ -33,12 +33,17 @@ class ObjectExporter:
     """Puts all objects of a depsgraph into edits.
 
     keep_mesh: callable(mesh id, original object, original data or None) -> True where that mesh is known to be unchanged.
+    neighbours: motion.Motion, or None where no pass asks for it. mattes: {original object: names of passes that show it}.
     """
 
-    def __init__(self, edits, depsgraph, keep_mesh):
+    def __init__(self, edits, depsgraph, keep_mesh, neighbours=None, mattes=None):
         self._edits = edits
         self._depsgraph = depsgraph
         self._keep_mesh = keep_mesh
+        self._neighbours = neighbours
+        self._mattes = mattes or {}
+        self._instance_keys = []
+        self._shape_owners = {}
         self._view_layer = depsgraph.view_layer
         self._override = depsgraph.view_layer_eval.material_override
         self._surfaces = depsgraph.view_layer_eval.use_solid
@@ -67,6 +72,8 @@ class ObjectExporter:
             if index % _STOP_CHECK_INTERVAL == 0 and should_stop():
                 stopped = True
                 continue
+            if self._neighbours is not None:
+                self._instance_keys.append(instances.instance_key(instance))
             if index < 2:
                 # The instances of an object follow it, if it is shown itself.
                 first_is_instancer |= instance.is_instance
@@ -102,7 +109,7 @@ class ObjectExporter:
                 groups[group] = self._guarded(self._begin, found, found, parent.evaluated_get(self._depsgraph))
         if any(group is not None for group in groups):
             self._links.finish()
-            arrays = _instance_arrays(self._depsgraph, len(group_of_instance), self._random_ids, first_is_instancer)
+            arrays = instances.instance_arrays(self._depsgraph, len(group_of_instance), self._random_ids, first_is_instancer)
             self._put_groups(groups, np.array(group_of_instance, np.int64), *arrays)
 
     def _guarded(self, export, found, owner, parent):
@@ -184,6 +191,8 @@ class ObjectExporter:
         else:
             base = f"object:{original.name_full}|{data.name_full}"
         identifier = _unique(base, self._mesh_names)
+        if own:
+            self._shape_owners[identifier] = original.as_pointer()
         if self._keep_mesh(identifier, original, original.data if own else None):
             self._edits.keep("mesh", identifier)
         elif own:
@@ -227,8 +236,13 @@ class ObjectExporter:
             value["holdout"] = True
         if owner.is_shadow_catcher or parent.is_shadow_catcher:
             value["shadow_catcher"] = True
+            if owner.original.lambent.matte or parent.original.lambent.matte:
+                value["matte"] = True
         if parent.original.lambent.shadow_pass:
             value["shadow_pass"] = True
+        shown_by = {name for thing in (owner, parent) for name in self._mattes.get(thing.original, ())}
+        if shown_by:
+            value["mattes"] = sorted(shown_by)
         mattes = self._edits.mattes
         mattes["object"].add(owner.name)
         mattes["asset"].add(asset.name)
@@ -255,27 +269,14 @@ class ObjectExporter:
                 value["transform"] = transforms.reshape(-1).tolist()
             else:
                 value["transforms"] = self._edits.array(transforms)
+            if self._neighbours is not None and "mesh" in value:
+                keys = [self._instance_keys[number] for number in chosen]
+                moved = self._neighbours.object(self._edits, keys, transforms, self._shape_owners.get(value["mesh"]))
+                if moved is not None:
+                    value["motion"] = moved
             if random_ids is not None:
                 value["random_ids"] = self._edits.array(random_ids[chosen])
             self._edits.put("object", identifier, value)
-
-
-def _instance_arrays(depsgraph, count, with_random_ids, first_is_instancer):
-    """(float32[count][3][4] world_from_object, uint32[count] or None), in the order of object_instances."""
-    matrices = np.empty((count, 4, 4), np.float32)
-    random_ids = np.empty(count if with_random_ids else 0, np.int32)
-    if first_is_instancer and compat.FOREACH_LEAKS_INSTANCES:
-        for index, instance in enumerate(depsgraph.object_instances):
-            matrices[index] = instance.matrix_world.transposed()
-            if with_random_ids:
-                random_ids[index] = instance.random_id
-    else:
-        depsgraph.object_instances.foreach_get("matrix_world", matrices.reshape(-1))
-        if with_random_ids:
-            depsgraph.object_instances.foreach_get("random_id", random_ids)
-    # Blender stores columns; the wire wants the upper three rows.
-    matrices = np.ascontiguousarray(matrices.transpose(0, 2, 1)[:, :3])
-    return matrices, random_ids.view(np.uint32) if with_random_ids else None
 
 
 def _may_be_without_faces(original):

@@ -7,7 +7,7 @@ Names, channels, types and order are those that Cycles registers in the same ver
 on working. Lambent's own passes follow after.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from . import compat
@@ -35,6 +35,8 @@ class _Row(NamedTuple):
     cycles: str = ""
 
 
+# Passes that may also be had of each light group.
+_OF_SHADOWS = ("without_shadow", "shadow_difference", "shadow_ratio")
 _DENOISING = {"switch": "use_pass_denoising_data", "own": True, "cycles": "denoising_store_passes"}
 _CRYPTOMATTE = {"channels": "rgba", "type": "COLOR"}
 
@@ -95,6 +97,7 @@ _LAMBENT = (
     _own("without_shadow", "use_pass_without_shadow", "Without Shadow", "RGB", "COLOR"),
     _own("shadow_difference", "use_pass_shadow_difference", "Shadow Difference", "RGB", "COLOR"),
     _own("shadow_ratio", "use_pass_shadow_ratio", "Shadow Ratio", "RGB", "COLOR"),
+    _own("matte_light", "use_pass_matte_light", "Matte Light", "RGB", "COLOR"),
     _own("error", "use_pass_error", "Error", "RGB", "COLOR"),
     _own("time", "use_pass_time", "Sample Time", "X", "VALUE"),
 )
@@ -140,6 +143,12 @@ def asked(scene, layer):
     for group in layer.lightgroups:
         found.append(RenderPass(f"Combined_{group.name}", "RGB", "COLOR", "light_group", group.name))
     found += [_from_row(row, layer) for row in _LAMBENT if _is_on(row, scene, layer)]
+    if layer.lambent.use_shadow_groups:
+        for entry in [entry for entry in found if entry.kind in _OF_SHADOWS]:
+            found += [replace(entry, name=f"{entry.name}_{group.name}", argument=group.name) for group in layer.lightgroups]
+    for matte in layer.lambent.mattes:
+        if matte.name:
+            found.append(RenderPass(matte.name, "X", "VALUE", "matte", matte.name))
     for path in layer.lambent.light_paths:
         if path.name:
             found.append(RenderPass(path.name, "RGB", "COLOR", "light_path", path.expression))
@@ -190,6 +199,21 @@ def settings(passes, layer, world):
     if world is not None and "ambient_occlusion" in kinds:
         value["ambient_occlusion_distance_m"] = world.light_settings.distance
     return value
+
+
+def mattes(passes, layer):
+    """{original object: names of the mattes among passes that show it}."""
+    asked_for = {entry.name for entry in passes if entry.kind == "matte"}
+    found = {}
+    for matte in layer.lambent.mattes:
+        if matte.name not in asked_for:
+            continue
+        shown = set() if matte.collection is None else {thing.original for thing in matte.collection.all_objects}
+        if matte.object is not None:
+            shown.add(matte.object.original)
+        for thing in shown:
+            found.setdefault(thing, []).append(matte.name)
+    return found
 
 
 def aov_names(passes):

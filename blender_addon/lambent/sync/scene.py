@@ -22,7 +22,7 @@ class View:
     width, height: px of the full frame. region: (x0, y0, x1, y1) px with exclusive end, row 0 at the bottom, or None.
     camera: the evaluated camera object, or None. matrix_world: mathutils 4x4. camera_value: a whole camera datablock in place
     of camera, for views that no camera object stands for. preview: viewport settings count.
-    sample_limit: samples at most, 0 for no limit. local_daemon: it sees our files. pass_kinds: the protocol's kinds of passes
+    motion: motion.Motion where a pass shows it, or None. sample_limit: samples at most, 0 for no limit. local_daemon: it sees our files. pass_kinds: the protocol's kinds of passes
     that the daemon has.
     """
 
@@ -38,6 +38,7 @@ class View:
     sample_limit: int = 0
     local_daemon: bool = True
     pass_kinds: frozenset = passes.ONLY_COMBINED
+    motion: object = None
 
 
 def export_scene(depsgraph, state, view, should_stop, keep_mesh=lambda identifier, original, data: False):
@@ -53,7 +54,8 @@ def export_scene(depsgraph, state, view, should_stop, keep_mesh=lambda identifie
     edits = SceneEdits(state, passes.aov_names(wanted))
     _report_unsupported(edits, scene, view_layer, view)
     camera_id = _export_camera(edits, view)
-    objects.ObjectExporter(edits, depsgraph, keep_mesh).export(should_stop)
+    mattes = passes.mattes(wanted, view_layer)
+    objects.ObjectExporter(edits, depsgraph, keep_mesh, view.motion, mattes).export(should_stop)
     shown_world = getattr(view_layer, "world_override", None) or scene.world
     world_id = None
     if shown_world is not None and view_layer.use_sky:
@@ -85,7 +87,8 @@ def export_view(depsgraph, state, view):
 
 def _export_camera(edits, view):
     if view.camera_value is None:
-        return camera.export_camera(edits, view.camera, view.matrix_world, view.shift_x)
+        neighbours = None if view.motion is None else view.motion.camera()
+        return camera.export_camera(edits, view.camera, view.matrix_world, view.shift_x, neighbours)
     edits.put("camera", VIEW_CAMERA, view.camera_value)
     return VIEW_CAMERA
 

@@ -29,6 +29,16 @@ class LambentLightPath(bpy.types.PropertyGroup):
     )
 
 
+class LambentMatte(bpy.types.PropertyGroup):
+    """A pass of the cover of some objects."""
+
+    name: StringProperty(name="Name", description="Name of the pass", maxlen=63, update=_refresh_passes)
+    object: PointerProperty(type=bpy.types.Object, name="Object", description="An object that the matte shows, with its instances")
+    collection: PointerProperty(
+        type=bpy.types.Collection, name="Collection", description="A collection whose objects, and those of collections in it, the matte shows"
+    )
+
+
 class LambentLayerSettings(bpy.types.PropertyGroup):
     """Passes of a view layer. Those that Cycles has too follow its switches until they are set (sync/passes.py)."""
 
@@ -46,10 +56,14 @@ class LambentLayerSettings(bpy.types.PropertyGroup):
                                      "without their shadows, reflections and caustics")  # fmt: skip
     use_pass_shadow_difference: _switch("Difference", "What the picture has and the one without these shadows has not; adds to it")
     use_pass_shadow_ratio: _switch("Ratio", "The picture over the one without these shadows; multiplies it")
+    use_shadow_groups: _switch("By Light Group", "Each of these passes also of every light group by itself")
+    use_pass_matte_light: _switch("Matte Light", "Reflections, caustics and bounced light on mattes: a part of the picture")
     use_pass_error: _switch("Error", "Standard error of each pixel's mean: how far noise may have moved it")
     use_pass_time: _switch("Sample Time", "Microseconds that a sample of each pixel took")
     light_paths: CollectionProperty(type=LambentLightPath, name="Light Paths")
     active_light_path: IntProperty(name="Active Light Path", default=0, min=0)
+    mattes: CollectionProperty(type=LambentMatte, name="Mattes")
+    active_matte: IntProperty(name="Active Matte", default=0, min=0)
 
 
 class LambentObjectSettings(bpy.types.PropertyGroup):
@@ -61,9 +75,15 @@ class LambentObjectSettings(bpy.types.PropertyGroup):
         "of others: its shadows, reflections and caustics, and its own light",
         default=False,
     )
+    matte: BoolProperty(
+        name="Matte",
+        description="A shadow catcher that also shows what reflections, caustics and bounced light other objects bring to it: what "
+        "stands in for a place on a photograph",
+        default=False,
+    )
 
 
-_CLASSES = (LambentLightPath, LambentLayerSettings, LambentObjectSettings)
+_CLASSES = (LambentLightPath, LambentMatte, LambentLayerSettings, LambentObjectSettings)
 
 
 def register():

@@ -103,6 +103,8 @@ class LAMBENT_VIEWLAYER_PT_passes_own(_LayerPanel, bpy.types.Panel):
         column_of("Caustics", ("caustics_direct", "caustics_indirect"))
         column_of("Techniques", [f"technique_{name}" for name in ("unidirectional", "connection", "merging")])
         column_of("Shadows", ("without_shadow", "shadow_difference", "shadow_ratio"))
+        layout.prop(layer.lambent, "use_shadow_groups")
+        column_of("Mattes", ("matte_light",))
         column_of("Debug", ("error", "time"))
 
 
@@ -156,6 +158,71 @@ class LAMBENT_OT_light_path_remove(bpy.types.Operator):
         return {"FINISHED"}
 
 
+class LAMBENT_UL_mattes(bpy.types.UIList):
+    """Names, objects and collections."""
+
+    def draw_item(self, _context, layout, _data, item, _icon, _active_data, _active_name):
+        """Blender calls this for each line."""
+        split = layout.split(factor=0.3)
+        split.prop(item, "name", text="", emboss=False, icon="NONE" if item.name else "ERROR")
+        row = split.row(align=True)
+        row.prop(item, "object", text="")
+        row.prop(item, "collection", text="")
+
+
+class LAMBENT_OT_matte_add(bpy.types.Operator):
+    """Add a pass of the cover of an object or a collection"""
+
+    bl_idname = "lambent.matte_add"
+    bl_label = "Add Matte Pass"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context):
+        """Adds it under a name that no other of them has."""
+        chosen = context.view_layer.lambent
+        names, number = {matte.name for matte in chosen.mattes}, 1
+        while f"Matte {number}" in names:
+            number += 1
+        chosen.mattes.add().name = f"Matte {number}"
+        chosen.active_matte = len(chosen.mattes) - 1
+        return {"FINISHED"}
+
+
+class LAMBENT_OT_matte_remove(bpy.types.Operator):
+    """Remove the chosen matte pass"""
+
+    bl_idname = "lambent.matte_remove"
+    bl_label = "Remove Matte Pass"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        """Whether there is one."""
+        chosen = context.view_layer.lambent
+        return chosen.active_matte < len(chosen.mattes)
+
+    def execute(self, context):
+        """Removes it and chooses the one before."""
+        chosen = context.view_layer.lambent
+        chosen.mattes.remove(chosen.active_matte)
+        chosen.active_matte = max(chosen.active_matte - 1, 0)
+        context.view_layer.update_render_passes()
+        return {"FINISHED"}
+
+
+class LAMBENT_VIEWLAYER_PT_passes_mattes(_LayerPanel, bpy.types.Panel):
+    bl_label = "Mattes"
+    bl_parent_id = "LAMBENT_VIEWLAYER_PT_passes"
+
+    def draw(self, context):
+        chosen = context.view_layer.lambent
+        row = self.layout.row()
+        row.template_list("LAMBENT_UL_mattes", "", chosen, "mattes", chosen, "active_matte", rows=3)
+        column = row.column(align=True)
+        column.operator(LAMBENT_OT_matte_add.bl_idname, icon="ADD", text="")
+        column.operator(LAMBENT_OT_matte_remove.bl_idname, icon="REMOVE", text="")
+
+
 class LAMBENT_VIEWLAYER_PT_passes_light_paths(_LayerPanel, bpy.types.Panel):
     bl_label = "Light Paths"
     bl_parent_id = "LAMBENT_VIEWLAYER_PT_passes"
@@ -181,6 +248,10 @@ _CLASSES = (
     LAMBENT_OT_light_path_add,
     LAMBENT_OT_light_path_remove,
     LAMBENT_VIEWLAYER_PT_passes_light_paths,
+    LAMBENT_UL_mattes,
+    LAMBENT_OT_matte_add,
+    LAMBENT_OT_matte_remove,
+    LAMBENT_VIEWLAYER_PT_passes_mattes,
 )
 
 

@@ -38,6 +38,20 @@ class LAMBENT_OBJECT_PT_shadow_passes(_ObjectPanel, bpy.types.Panel):
         layout.label(text="Casts what the passes of shadows take away")
 
 
+class LAMBENT_OBJECT_PT_matte(_ObjectPanel, bpy.types.Panel):
+    bl_label = "Matte"
+
+    def draw_header(self, context):
+        self.layout.prop(context.object.lambent, "matte", text="")
+
+    def draw(self, context):
+        layout = self.split_layout()
+        layout.active = context.object.lambent.matte
+        layout.prop(context.object, "is_shadow_catcher")
+        if context.object.lambent.matte and not context.object.is_shadow_catcher:
+            layout.label(text="Mattes are shadow catchers", icon="ERROR")
+
+
 class LAMBENT_OBJECT_PT_light_group(_ObjectPanel, bpy.types.Panel):
     bl_label = "Light Group"
 
@@ -88,6 +102,7 @@ class LAMBENT_WORLD_PT_ambient_occlusion(_WorldPanel, bpy.types.Panel):
 _CLASSES = (
     LAMBENT_OBJECT_PT_light_group,
     LAMBENT_OBJECT_PT_shadow_passes,
+    LAMBENT_OBJECT_PT_matte,
     LAMBENT_WORLD_PT_light_group,
     LAMBENT_WORLD_PT_mist,
     LAMBENT_WORLD_PT_ambient_occlusion,

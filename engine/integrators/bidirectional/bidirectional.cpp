@@ -160,9 +160,11 @@ class Bidirectional final : public Integrator {
             any_other = true;
             // By connections alone, which find the same light: photons would need a map of their own.
             loan.others[i]->light_sample(sampler, nullptr, /*silent=*/false);
+            PassRecorder* const parts = loan.others[i]->passes();
+            if (parts) parts->begin(x, y, static_cast<uint32_t>(sample));
             const PathEstimate other = camera_sample(*loan.others[i], *settings_.others[i], sampler, x, y);
             passes->add_other(static_cast<OtherPicture>(i), other.radiance * settings_.exposure,
-                              1.0f - other.transparency);
+                              1.0f - other.transparency, parts);
           }
           if (render_context().interrupted && cancel.cancelled()) {  // not whole: as if it had not begun
             kernel.drop_splats();

@@ -54,7 +54,8 @@ Kernel<profile>::Kernel(const Scene& scene, const IntegratorSettings& settings, 
       film_(film),
       plane_(plane),
       walk_(scene, walk_settings(settings, pass)) {
-  if (settings_.passes && plane == 0) passes_.emplace(*settings_.passes, scene);
+  if (settings_.passes) passes_.emplace(*settings_.passes, scene);
+  if (settings_.parts) passes_.emplace(*settings_.parts, scene, settings_.picture);
   if (settings.light_threshold > 0.0f) threshold_scale_ = std::fabs(settings.exposure) / settings.light_threshold;
 }
 
@@ -323,8 +324,8 @@ void Kernel<profile>::next_event(const Here& here) {
   const Color added = add(contribution, Technique::next_event, weight, light.light, bounces_.total > 0);
   events_ = walked;
   if (passes_)
-    passes_->joined(added, here.bsdf, here.point.wi_world, light.direction_world, Technique::next_event, {},
-                    scene_.source_of(light.light), light.traits->group);
+    passes_->joined(added, here.hit.instance, here.bsdf, here.point.wi_world, light.direction_world,
+                    Technique::next_event, {}, scene_.source_of(light.light), light.traits->group);
 }
 
 template <KernelProfile profile>
@@ -403,8 +404,8 @@ void Kernel<profile>::connect(const Here& here, const LightWalk& walk, float sca
     light_side.append(passes_->wants_events() ? passes_->event_at(vertex.bsdf, vertex.wi_world, -direction)
                                               : static_cast<uint8_t>(k_scatter_diffuse));
     light_side.append_packed(vertex.events, vertex.depth - 1);
-    passes_->joined(added, here.bsdf, here.point.wi_world, direction, Technique::connection, light_side,
-                    scene_.source_of(walk.light()), walk.traits().group);
+    passes_->joined(added, here.hit.instance, here.bsdf, here.point.wi_world, direction, Technique::connection,
+                    light_side, scene_.source_of(walk.light()), walk.traits().group, &walk);
   }
 }
 
@@ -481,7 +482,7 @@ void Kernel<profile>::merge(const Here& here, const Sampler& sampler, uint32_t e
     if (!passes_ || light == k_no_light) return;
     EventSequence light_events;
     light_events.append_packed(passes_->wants_events() ? photons.events(photon.record) : 0, depth - 1);
-    passes_->joined(added, here.bsdf, here.point.wi_world, wi, Technique::merging, light_events,
+    passes_->joined(added, here.hit.instance, here.bsdf, here.point.wi_world, wi, Technique::merging, light_events,
                     scene_.source_of(light), scene_.lights().traits(light).group);
   });
 }
@@ -631,7 +632,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
         }
         pdfs_.flags[i] = static_cast<uint8_t>((delta ? 0 : k_connectible) | light_flags);
         events_.append(scattered.event);
-        if (passes_) passes_->scattered(bsdf, point.wi_world, scattered);
+        if (passes_) passes_->scattered(hit.instance, bsdf, point.wi_world, scattered);
         m_ = i;
         only_delta_ = only_delta_ && delta;
         last_ = {hit.p_world, point.ng_world, receiver_normal, scattered.pdf_solid_angle, !delta, hit.instance};

@@ -40,7 +40,7 @@ template <KernelProfile profile>
 class Kernel {
  public:
   /// Keeps references to all of them. @param film takes the splats @param plane not 0: the film's plane of splats for
-  /// another picture than the first, which has no passes
+  /// another picture than the first
   Kernel(const Scene& scene, const IntegratorSettings& settings, const Pass& pass, Film& film, int plane = 0);
 
   /// What was traced since this was last asked.

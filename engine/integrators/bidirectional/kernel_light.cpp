@@ -81,6 +81,8 @@ void Kernel<profile>::part_splat(const LightWalk& walk, const LightVertex& verte
     first = vertex.bsdf.class_shares(vertex.wi_world, direction_world, Transport::importance);
   PathSignature signature{
       vertex.depth, &first, {}, scene_.source_of(walk.light()), walk.traits().group, Technique::light_tracing};
+  if (passes_->wants_mattes())
+    signature.brought = scene_.instance(vertex.surface.instance).matte && passes_->meets_other(walk, vertex.depth - 1);
   if (passes_->wants_events()) {
     signature.events.append(passes_->event_at(vertex.bsdf, vertex.wi_world, direction_world));
     signature.events.append_packed(vertex.events, vertex.depth - 1);

@@ -150,7 +150,7 @@ void Kernel<profile>::next_event(const ShadingPoint& point, const SurfaceHit& hi
   }
   const Color added = add(contribution, bounces_.total > 0);
   if (passes_ && !is_black(added))
-    passes_->joined(added, bsdf, point.wi_world, light.direction_world, Technique::next_event, {},
+    passes_->joined(added, hit.instance, bsdf, point.wi_world, light.direction_world, Technique::next_event, {},
                     scene_.source_of(light.light), light.traits->group);
 }
 
@@ -239,7 +239,7 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
       } else if (!(scattered.event & k_scatter_transparent)) {
         last_ = {hit.p_world, scattered_normal, scattered.pdf_solid_angle, !(scattered.event & k_scatter_delta),
                  hit.instance};
-        if (passes_) passes_->scattered(bsdf, point.wi_world, scattered);
+        if (passes_) passes_->scattered(hit.instance, bsdf, point.wi_world, scattered);
       }
     }
     throughput_ *= scattered.weight;

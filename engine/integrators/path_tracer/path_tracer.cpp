@@ -21,7 +21,11 @@ class PathTracer final : public Integrator {
     const Rectangle& rectangle = film.tiles()[tile];
     const bool adaptive = film.settings().second_moments;
     std::optional<PassRecorder> passes;
+    Parts parts;
     if (settings_.passes) passes.emplace(*settings_.passes, *scene_);
+    for (size_t i = 0; i < parts.size(); ++i)
+      if (settings_.others[i] && other_settings_[i].parts)
+        parts[i].emplace(*settings_.passes, *settings_.others[i], other_settings_[i].picture);
     for (int y = rectangle.y; y < rectangle.y + rectangle.height; ++y)
       for (int x = rectangle.x; x < rectangle.x + rectangle.width; ++x) {
         if (cancel.cancelled()) return counts;
@@ -29,7 +33,7 @@ class PathTracer final : public Integrator {
         for (int64_t sample = film.sample_count(x, y); sample < target_samples; ++sample) {
           if (passes) passes->begin(x, y, static_cast<uint32_t>(sample));
           const PathEstimate estimate =
-              render_sample(x, y, static_cast<uint32_t>(sample), counts, passes ? &*passes : nullptr);
+              render_sample(x, y, static_cast<uint32_t>(sample), counts, passes ? &*passes : nullptr, parts);
           if (render_context().interrupted && cancel.cancelled()) return counts;  // not whole: as if it had not begun
           const Vec4 picture = picture_of(estimate, settings_.exposure);
           if (passes)
@@ -42,7 +46,10 @@ class PathTracer final : public Integrator {
   }
 
  private:
-  PathEstimate render_sample(int x, int y, uint32_t sample, RayCounts& counts, PassRecorder* passes) const {
+  using Parts = std::array<std::optional<PassRecorder>, k_other_pictures>;
+
+  PathEstimate render_sample(int x, int y, uint32_t sample, RayCounts& counts, PassRecorder* passes,
+                             Parts& parts) const {
     RenderContext& context = render_context();
     context.pixel_x = x;
     context.pixel_y = y;
@@ -56,10 +63,12 @@ class PathTracer final : public Integrator {
     const PathEstimate estimate = kernel.run(ray);
     for (size_t i = 0; passes && i < settings_.others.size(); ++i) {
       if (!settings_.others[i]) continue;
-      path_tracer::Kernel<profile> other(*settings_.others[i], other_settings_[i], sampler, counts, nullptr);
+      PassRecorder* const part = parts[i] ? &*parts[i] : nullptr;
+      if (part) part->begin(x, y, sample);
+      path_tracer::Kernel<profile> other(*settings_.others[i], other_settings_[i], sampler, counts, part);
       const PathEstimate of_other = other.run(ray);
       passes->add_other(static_cast<OtherPicture>(i), of_other.radiance * settings_.exposure,
-                        1.0f - of_other.transparency);
+                        1.0f - of_other.transparency, part);
     }
     return estimate;
   }

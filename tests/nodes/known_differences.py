@@ -44,6 +44,7 @@ k_since_4 = [
     (r"^TexEnvironment\[EQUIRECTANGULAR Linear", "about a percent in few places, not explained"),
     (r"^TexNoise\[15 octaves", "Cycles 5 repeats noise every 100000 units, which the finest octaves reach"),
     (r"^TexWhiteNoise", "Cycles 5 rounds a number that comes from an attribute, and the hash tells"),
+    (r"^Raycast\[inwards.*Hit Normal", "a thousandth in few places, not explained"),
     (r"^Wavelength", "the matrix from XYZ is that of Blender 3.4"),
 ]
 

@@ -171,8 +171,12 @@ def add_simple_shaders():
         add("rough", {"Roughness": 0.8, "Radial Roughness": 0.9, "IOR": 1.4})
         add("tilted", {"Offset": 0.2})
         add("coat", {"Coat": 0.5})
-        add("pale", {"Color": k_blue, "Melanin": 0.2, "Melanin Redness": 0.3, "Tint": k_blue,
-                     "Absorption Coefficient": (0.05, 0.1, 0.3), "Random": 0.8, "Random Color": 0.5, "Random Roughness": 0.5})  # fmt: skip
+        pale = {
+            "COLOR": {"Color": k_blue},
+            "MELANIN": {"Melanin": 0.2, "Melanin Redness": 0.3, "Tint": k_blue, "Random Color": 0.5},
+            "ABSORPTION": {"Absorption Coefficient": (0.05, 0.1, 0.3)},
+        }[parametrization]
+        add("pale", {**pale, "Random": 0.8, "Random Roughness": 0.5})
         if model:
             add("Huang", model={"model": "HUANG"})
     for falloff in items("SubsurfaceScattering", "falloff"):
@@ -429,7 +433,9 @@ def add_normals():
     for space in items("NormalMap", "space"):
         for strength in (1.0, 0.4):
 
-            def normal_map(tree, _thing, space=space, strength=strength):
+            def normal_map(tree, thing, space=space, strength=strength):
+                # Where a normal points into the surface, Cycles from 4.5 on lets it be lit from below: not through a solid.
+                thing.visible_shadow = True
                 node = shader(tree, "NormalMap", {"Color": (0.7, 0.4, 0.9, 1.0), "Strength": strength}, space=space)
                 return shader(tree, "BsdfDiffuse", {"Normal": node.outputs[0]}).outputs[0]
 

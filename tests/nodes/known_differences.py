@@ -8,7 +8,7 @@ k_known = [
     (r"^BsdfHairPrincipled.*Huang", "not done: Chiang's model stands in"),
     (r"^TexSky\[HOSEK_WILKIE", "not done: Preetham's model stands in"),
     (r"^Squeeze", "Cycles leaves this node out, as if what it leads to had no link; Lambent names it and takes grey"),
-    (r"^TexCoord\[Reflection|^TexImage\[mapping inside", "half a percent in few places, not explained"),
+    (r"^TexCoord\[Reflection|^TexImage\[(mapping inside|SPHERE Linear)", "half a percent in few places, not explained"),
     (r"^Bevel", "the mean of a few probes depends on how their axes are turned, which is otherwise in Cycles"),
     # Chosen
     (r"^NewGeometry\[Random Per Island", "islands have other random numbers"),
@@ -31,7 +31,6 @@ k_before_4 = [
     (r"^BsdfAnisotropic\[BECKMANN", "Cycles 3.4 loses most of the sky's light in this lobe"),
     (r"^BsdfPrincipled.*coat", "Cycles 3.4 samples GGX normals for the coat but counts with the density of GTR1 ones"),
     (r"^BsdfToon", "Cycles 3.4 takes a sampled direction's angle for another in the fading rim, and lights beyond the cone"),
-    (r"^NormalMap\[BLENDER_(OBJECT|WORLD) strength 1", "normals that point away from the view are bent back otherwise"),
 ]  # fmt: skip
 
 k_since_4 = [

@@ -2,7 +2,6 @@
 
 #include <OpenColorIO/OpenColorIO.h>
 
-#include <array>
 #include <set>
 
 namespace OCIO = OCIO_NAMESPACE;
@@ -120,14 +119,50 @@ float linear_from_srgb_fast(float encoded) {
   return lerp(table[cell], table[cell + 1], scaled - cell);
 }
 
+namespace {
+
+// Rows of the matrix from linear Rec. 709 to scene-linear, and the former's name; none if they are the same, or a
+// configuration does not know Rec. 709.
+std::optional<std::array<float, 9>> matrix_from_rec709(const OCIO::Config& config, std::string& name) {
+  for (const char* candidate : {"Linear Rec.709", "Linear BT.709", "Linear Rec.709 (sRGB)", "lin_rec709", "Linear"})
+    if (name.empty() && config.getColorSpace(candidate)) name = candidate;
+  if (name.empty() || !config.hasRole(OCIO::ROLE_SCENE_LINEAR)) return std::nullopt;
+  const OCIO::ConstCPUProcessorRcPtr processor =
+      config.getProcessor(name.c_str(), OCIO::ROLE_SCENE_LINEAR)->getDefaultCPUProcessor();
+  std::array<float, 9> rows{};
+  bool same = true;
+  for (size_t k = 0; k < 3; ++k) {
+    float column[3] = {k == 0 ? 1.0f : 0.0f, k == 1 ? 1.0f : 0.0f, k == 2 ? 1.0f : 0.0f};
+    processor->applyRGB(column);
+    for (size_t row = 0; row < 3; ++row) {
+      rows[3 * row + k] = column[row];
+      same = same && std::fabs(column[row] - (row == k ? 1.0f : 0.0f)) < 1e-4f;
+    }
+  }
+  if (same) return std::nullopt;
+  return rows;
+}
+
+}  // namespace
+
 struct ColorSpaces::Config {
   OCIO::ConstConfigRcPtr ocio;
 };
 
-ColorSpaces::ColorSpaces(const std::string& ocio_config) : config_(std::make_unique<Config>()) {
+ColorSpaces::ColorSpaces(const std::string& ocio_config, const std::string& working_space)
+    : config_(std::make_unique<Config>()) {
   if (ocio_config.empty()) return;
   try {
     config_->ocio = OCIO::Config::CreateFromFile(ocio_config.c_str());
+    if (!working_space.empty() && !config_->ocio->getColorSpace(working_space.c_str())) {
+      error_ = "The OpenColorIO configuration '" + ocio_config + "' has no working space '" + working_space +
+               "'; colours are taken to be in its scene_linear one";
+    } else if (!working_space.empty()) {
+      const OCIO::ConfigRcPtr changed = config_->ocio->createEditableCopy();
+      changed->setRole(OCIO::ROLE_SCENE_LINEAR, working_space.c_str());
+      config_->ocio = changed;
+    }
+    scene_from_rec709_ = matrix_from_rec709(*config_->ocio, rec709_name_);
   } catch (const OCIO::Exception& exception) {
     error_ = "The OpenColorIO configuration '" + ocio_config +
              "' could not be read; built-in colour spaces are used: " + exception.what();
@@ -135,13 +170,19 @@ ColorSpaces::ColorSpaces(const std::string& ocio_config) : config_(std::make_uni
 }
 ColorSpaces::~ColorSpaces() = default;
 
-ColorConversion ColorSpaces::find(const std::string& name, bool file_is_float) const {
+ColorConversion ColorSpaces::find(const std::string& given, bool file_is_float) const {
   ColorConversion conversion;
+  std::string name = given;
+  if (scene_from_rec709_) {  // Names below mean spaces of Rec. 709's primaries
+    if (srgb_names().contains(name) || (name.empty() && !file_is_float)) name = "sRGB";
+    if (name != "scene_linear" && linear_names().contains(name)) name = rec709_name_;
+  }
+  const bool built_in = !scene_from_rec709_ || !config_->ocio->getColorSpace(name.c_str());
   if (name.empty()) {
     conversion.kind = file_is_float ? ColorConversion::Kind::none : ColorConversion::Kind::srgb;
     return conversion;
   }
-  if (srgb_names().contains(name)) {
+  if (built_in && srgb_names().contains(name)) {
     conversion.kind = ColorConversion::Kind::srgb;
     return conversion;
   }
@@ -149,7 +190,7 @@ ColorConversion ColorSpaces::find(const std::string& name, bool file_is_float) c
     conversion.is_data = true;
     return conversion;
   }
-  if (linear_names().contains(name)) return conversion;
+  if (built_in && linear_names().contains(name)) return conversion;
   if (config_->ocio) {
     try {
       const OCIO::ConstColorSpaceRcPtr space = config_->ocio->getColorSpace(name.c_str());

@@ -1,7 +1,10 @@
-// From an image's named colour space to scene-linear (Rec. 709 primaries, as Blender's default configuration).
+// From an image's named colour space to scene-linear: Rec. 709 primaries, unless the configuration or the user's choice
+// of a working space says otherwise.
 #pragma once
 
+#include <array>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "engine/base/vec.h"
@@ -38,17 +41,22 @@ class ColorSpaces {
  public:
   /// @param ocio_config path of a configuration; empty: built-in. A configuration that does not load gives the built-in
   /// ones and a non-empty error().
-  explicit ColorSpaces(const std::string& ocio_config);
+  /// @param working_space a colour space of it that takes the place of its scene_linear role's; empty: that one
+  explicit ColorSpaces(const std::string& ocio_config, const std::string& working_space = "");
   ~ColorSpaces();
 
   /// @param name OpenColorIO's or Blender's; empty: `file_is_float` decides (scene-linear, else sRGB).
   ColorConversion find(const std::string& name, bool file_is_float) const;
   const std::string& error() const { return error_; }
+  /// Rows of the matrix from linear Rec. 709 to scene-linear; none if they are the same.
+  const std::optional<std::array<float, 9>>& scene_from_rec709() const { return scene_from_rec709_; }
 
  private:
   struct Config;
   std::unique_ptr<Config> config_;
   std::string error_;
+  std::string rec709_name_;  ///< of the configuration, if scene-linear is another space
+  std::optional<std::array<float, 9>> scene_from_rec709_;
 };
 
 }  // namespace lambent

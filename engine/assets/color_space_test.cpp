@@ -89,5 +89,37 @@ TEST(ColorSpace, a_configuration_decides_the_names_it_has) {
   std::filesystem::remove(path);
 }
 
+TEST(ColorSpace, a_working_space_of_other_primaries_is_what_everything_is_converted_to) {
+  const auto path = std::filesystem::temp_directory_path() / "lambent_working_space_test.ocio";
+  std::ofstream(path)
+      << "ocio_profile_version: 1\nroles:\n  scene_linear: Linear Rec.709\n  default: Linear Rec.709\n"
+         "displays:\n  d:\n    - !<View> {name: v, colorspace: Linear Rec.709}\n"
+         "colorspaces:\n  - !<ColorSpace>\n    name: Linear Rec.709\n"
+         "  - !<ColorSpace>\n    name: sRGB\n    to_reference: !<ExponentTransform> {value: [2, 2, 2, 1]}\n"
+         "  - !<ColorSpace>\n    name: wide\n    to_reference: !<MatrixTransform> {matrix: "
+         "[1.6, -0.6, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}\n";
+  const ColorSpaces usual(path.string());
+  EXPECT_FALSE(usual.scene_from_rec709());
+  EXPECT_EQ(usual.find("sRGB", false).kind, ColorConversion::Kind::srgb);
+  EXPECT_THAT(ColorSpaces(path.string(), "elsewhere").error(), testing::HasSubstr("elsewhere"));
+  const ColorSpaces spaces(path.string(), "wide");
+  EXPECT_EQ(spaces.error(), "");
+  ASSERT_TRUE(spaces.scene_from_rec709());
+  EXPECT_NEAR(spaces.scene_from_rec709()->at(0), 1.0f / 1.6f, 1e-5f);
+  EXPECT_NEAR(spaces.scene_from_rec709()->at(1), 0.6f / 1.6f, 1e-5f);
+  EXPECT_EQ(spaces.find("wide", true).kind, ColorConversion::Kind::none);
+  EXPECT_EQ(spaces.find("", true).kind, ColorConversion::Kind::none);
+  EXPECT_EQ(spaces.find("scene_linear", true).kind, ColorConversion::Kind::none);
+  for (const auto& [name, green] : {std::pair{"Linear Rec.709", 0.5f}, {"sRGB", 0.25f}, {"", 0.25f}}) {
+    const ColorConversion conversion = spaces.find(name, false);
+    ASSERT_TRUE(conversion.transform) << name;
+    float pixel[3] = {0.0f, 0.5f, 0.0f};
+    conversion.transform->apply(pixel, 1, 3);
+    EXPECT_NEAR(pixel[0], 0.375f * green, 1e-4f) << name;
+    EXPECT_NEAR(pixel[1], green, 1e-4f) << name;
+  }
+  std::filesystem::remove(path);
+}
+
 }  // namespace
 }  // namespace lambent

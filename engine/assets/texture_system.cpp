@@ -210,7 +210,7 @@ std::string subject_of(const ImageSource& source) {
 struct TextureSystem::State {
   explicit State(const Options& options_in)
       : options(options_in),
-        color_spaces(options_in.ocio_config),
+        color_spaces(options_in.ocio_config, options_in.working_space),
         cache_bytes(std::max(options_in.memory_limit_bytes / 8, k_minimal_cache_bytes)),
         memory(std::make_shared<TextureMemory>()) {}
 
@@ -477,6 +477,10 @@ Texel TextureSystem::lookup(const Texture& texture, const TextureLookup& request
   if (footprint > 1.0f) level = std::min(static_cast<int>(std::log2(footprint)), texture.tiles->levels() - 1);
   const TextureSize size = texture.tiles->size(level);
   return finish(texture, filter(texture, safe, level, size.width, size.height), safe.straight_color);
+}
+
+const std::optional<std::array<float, 9>>& TextureSystem::scene_from_rec709() const {
+  return state_->color_spaces.scene_from_rec709();
 }
 
 size_t TextureSystem::bytes() const {

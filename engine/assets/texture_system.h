@@ -1,8 +1,10 @@
 // Images as textures: loading, colour spaces, filtering, within a memory limit.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -73,6 +75,7 @@ class TextureSystem {
   struct Options {
     size_t memory_limit_bytes = size_t{4} << 30;  ///< of resident images and the tile cache together
     std::string ocio_config;                      ///< path; empty: built-in transforms for Blender's names
+    std::string working_space;                    ///< ColorSpaces'
   };
 
   TextureSystem();
@@ -103,6 +106,9 @@ class TextureSystem {
   /// behind the tile cache at the resolution of the footprint, if the file has resolution levels. Non-finite
   /// coordinates give the value at (0, 0).
   Texel lookup(const Texture& texture, const TextureLookup& lookup) const;
+
+  /// ColorSpaces' of the options.
+  const std::optional<std::array<float, 9>>& scene_from_rec709() const;
 
   /// Bytes now held by resident images and the tile cache.
   size_t bytes() const;

@@ -160,6 +160,8 @@ struct Object {
   std::vector<std::optional<std::string>> materials;  ///< id by slot
   Visibility visibility;
   ArrayPointer random_ids;  ///< u32[N] or null
+  ArrayPointer particles;   ///< f32[N][13] or null: index (below 0: no particle), age, lifetime, size, location,
+                            ///< velocity, angular velocity, of the particle that the instance stands for
   int pass_index = 0;
   std::array<float, 4> color{1, 1, 1, 1};
   std::map<std::string, std::array<float, 4>> attributes;  ///< what the shaders of all its faces may read by name
@@ -253,6 +255,7 @@ struct Settings {
   float pass_alpha_threshold = 0.5f;  ///< what is less opaque than this does not hide what depth, indices... show
   int threads = 0;
   std::string ocio_config;
+  std::string working_space;  ///< colour space of ocio_config that colours are in; empty: its scene_linear role's
   int frame = 1;
   std::map<std::string, std::string> metadata;
 };

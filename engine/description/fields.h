@@ -137,6 +137,7 @@ void visit_object(V& visitor, T& value) {
   visitor.slots("materials", value.materials);
   visitor.group("visibility", [&](auto& group) { visit_visibility(group, value.visibility); });
   visitor.array("random_ids", value.random_ids, list_of(ElementType::u32));
+  visitor.array("particles", value.particles, rows_of(ElementType::f32, 13, 13));
   visitor.integer("pass_index", value.pass_index, 0, INT32_MAX);
   visitor.numbers("color", value.color.data(), 4);
   visitor.number_map("attributes", value.attributes);
@@ -231,6 +232,7 @@ void visit_settings(V& visitor, T& value) {
   visitor.number("pass_alpha_threshold", value.pass_alpha_threshold);
   visitor.integer("threads", value.threads, 0, 4096);
   visitor.text("ocio_config", value.ocio_config);
+  visitor.text("working_space", value.working_space);
   visitor.integer("frame", value.frame, INT32_MIN, INT32_MAX);
   visitor.text_map("metadata", value.metadata);
 }

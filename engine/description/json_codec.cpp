@@ -29,6 +29,9 @@ void check_whole(FieldReader& reader, const T& value, const DecodeLimits& limits
     if (value.random_ids && value.transforms && value.random_ids->rows() != value.transforms->rows())
       reader.fail("random_ids",
                   fmt::format("has {} values for {} instances", value.random_ids->rows(), value.transforms->rows()));
+    if (value.particles && value.transforms && value.particles->rows() != value.transforms->rows())
+      reader.fail("particles",
+                  fmt::format("has {} rows for {} instances", value.particles->rows(), value.transforms->rows()));
   }
   if constexpr (std::is_same_v<T, Settings>) {
     if (int64_t(value.width) * value.height > limits.pixels)

@@ -119,6 +119,7 @@ inline Transaction full_transaction() {
   object.materials = {"material", std::nullopt};
   object.visibility = {true, false, true, false, true, false};
   object.random_ids = array_of<uint32_t>(ElementType::u32, {2}, {8, 9});
+  object.particles = array_of<float>(ElementType::f32, {2, 13}, std::vector<float>(26, 1.5f));
   object.pass_index = 4;
   object.color = {0.1f, 0.2f, 0.3f, 0.4f};
   object.attributes = {{"wear", {0.25f, 0.5f, 0.75f, 1.0f}}};
@@ -184,6 +185,7 @@ inline Transaction full_transaction() {
   settings.pass_alpha_threshold = 0.25f;
   settings.threads = 3;
   settings.ocio_config = "/tmp/config.ocio";
+  settings.working_space = "ACEScg";
   settings.frame = -12;
   settings.metadata = {{"Scene", "Scène"}};
   add("render", settings);

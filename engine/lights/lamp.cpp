@@ -9,6 +9,8 @@ namespace lambent {
 
 namespace {
 
+constexpr float k_least_spread_rad = 0.01f * k_pi / 180.0f;
+
 /// Parametric coordinates of a direction away from a point or spot lamp (Cycles, map_to_sphere).
 Vec2 sphere_uv(const Vec3& d) {
   const float u = d.x == 0.0f && d.y == 0.0f ? 0.0f : 0.5f - std::atan2(d.x, d.y) * (0.5f * k_inv_pi);
@@ -115,13 +117,13 @@ Lamp::Lamp(const AnalyticLight& light)
       frame_ = Frame::from_normal_and_tangent(n, unit_u_);
       round_ = light.round;
       area_ = width_ * height_ * (round_ ? 0.25f * k_pi : 1.0f);
-      // Cycles takes at least a degree of spread. Normalisation: the integral over theta of
-      // cos(theta) (1 - tan(theta) tan(slat)) sin(theta) for theta up to pi/2 - slat.
-      const float slat = 0.5f * (k_pi - std::max(light.spread_rad, k_pi / 180.0f));
-      if (slat > 1e-6f) {
-        const double t = std::tan(static_cast<double>(slat));
+      // Normalisation: the integral over theta of cos(theta) (1 - tan(theta) / tan(half)) sin(theta) for theta up to
+      // half. A beam of none at all is one of a hundredth of a degree: as wide where it arrives as far as can be seen.
+      const double half = 0.5 * static_cast<double>(std::max(light.spread_rad, k_least_spread_rad));
+      if (half < 0.5 * std::numbers::pi - 1e-6) {
+        const double t = 1.0 / std::tan(half);
         tan_spread_ = static_cast<float>(t);
-        spread_norm_ = static_cast<float>(2.0 / (2.0 + (2.0 * static_cast<double>(slat) - std::numbers::pi) * t));
+        spread_norm_ = static_cast<float>(1.0 / (1.0 - half * t));
       }
       radiance_ = light.energy * (light.normalize ? 0.25f / area_ : 0.25f);
       break;

@@ -363,9 +363,12 @@ TEST(Lamp, narrow_spread_keeps_the_flux) {
   // Seen from within its beam a lamp of any spread gives pi/4 · power / area. (Cycles 3.4.1: 98.04 for 78.54 at 1
   // degree, where its float normalisation cancels.)
   AnalyticLight light = lamp_at(LightKind::area);
-  light.spread_rad = 0.0f;
-  EXPECT_NEAR(irradiance(Lamp(light), {0.3f, 0, 0}, {0, 0, 1}), 25.0 * std::numbers::pi,
-              25.0 * std::numbers::pi * 1e-3);
+  for (const float degrees : {0.0f, 0.02f, 0.1f, 1.0f, 5.0f}) {
+    light.spread_rad = degrees * k_pi / 180.0f;
+    EXPECT_NEAR(irradiance(Lamp(light), {0.3f, 0, 0}, {0, 0, 1}), 25.0 * std::numbers::pi,
+                25.0 * std::numbers::pi * 2e-3)
+        << degrees;
+  }
 }
 
 TEST(Lamp, camera_sees_the_radiance_that_cycles_shows) {

@@ -56,6 +56,7 @@ void Scene::fill_shading_point(const SurfaceHit& hit, const SurfaceBinding& bind
   point.instance = hit.instance;
   point.p_error = hit.p_error;
   point.object_color = &object_colors_[shading.object_index];
+  point.particle = particles_.empty() ? nullptr : &particles_[hit.instance];
 
   const bool differentials = binding.program->traits().needs_differentials;
   if (differentials)

@@ -200,6 +200,7 @@ class Scene {
   std::vector<SurfaceBinding> bindings_;
   std::vector<Vec4> object_values_;        ///< what bindings' requests of kind object read
   std::vector<Vec4> object_colors_;        ///< by object_index
+  std::vector<ParticleState> particles_;   ///< by instance; empty if no program asks or no instance is a particle
   std::vector<ObjectIds> object_ids_;      ///< by object_index
   std::vector<ObjectLinks> object_links_;  ///< by object_index; empty if no light is linked
   uint64_t shadow_linked_meshes_ = 0;

@@ -47,12 +47,21 @@ Vec3d choose_origin_shift(const Bounds3& bounds) {
 /// Starts a texture system if the colour configuration changed, and forgets programs made with images that changed.
 void SceneBuilder::State::prepare_textures(const SceneDescription& description) {
   const std::string& config = description.settings->ocio_config;
-  if (!textures || config != ocio_config) {
+  const std::string& space = description.settings->working_space;
+  if (!textures || config != ocio_config || space != working_space) {
     TextureSystem::Options texture_options;
     texture_options.memory_limit_bytes = options.texture_cache_bytes;
     texture_options.ocio_config = config;
+    texture_options.working_space = space;
+    const auto rec709_before = textures ? textures->scene_from_rec709() : std::nullopt;
     textures = std::make_shared<TextureSystem>(texture_options);
     ocio_config = config;
+    working_space = space;
+    if (textures->scene_from_rec709() != rec709_before) {  // colours are compiled into programs
+      materials.clear();
+      worlds.clear();
+      lights.clear();
+    }
     images.clear();
     image_table.clear();
   }
@@ -120,8 +129,8 @@ std::shared_ptr<const Program> SceneBuilder::State::material(Build& build, const
   const auto [entry, added] = materials.try_emplace(found->second.get());
   if (added) {
     entry->second.source = found->second;
-    entry->second.made = compile_material(shader_graph(found->second->graph), found->second->name, resolver(build),
-                                          entry->second.report);
+    entry->second.made =
+        compile_material(graph(found->second->graph), found->second->name, resolver(build), entry->second.report);
   }
   return entry->second.made;
 }
@@ -281,6 +290,18 @@ uint16_t SceneBuilder::State::light_group(Build& build, const std::string& name)
   return static_cast<uint16_t>(found - groups.begin() + 1);
 }
 
+/// What the shaders of instances `first`... may ask about their particles.
+void SceneBuilder::State::add_particles(Scene& scene, std::span<const float> rows, uint32_t first, size_t count) {
+  constexpr size_t k_columns = 13;
+  scene.particles_.resize(scene.instances_.size());
+  for (size_t k = 0; k < count && (k + 1) * k_columns <= rows.size(); ++k) {
+    const float* p = rows.data() + k * k_columns;
+    if (!(p[0] >= 0.0f)) continue;
+    scene.particles_[first + k] = {
+        p[0], p[1], p[2], p[3], {p[4], p[5], p[6]}, {p[7], p[8], p[9]}, {p[10], p[11], p[12]}};
+  }
+}
+
 /// Shading records for the instances, in Geometry's order.
 void SceneBuilder::State::add_instances(Build& build) {
   Scene& scene = *build.scene;
@@ -316,6 +337,9 @@ void SceneBuilder::State::add_instances(Build& build) {
       scene.has_shadow_catchers_ |= shading.shadow_catcher && object->visibility.camera;
       scene.has_mattes_ |= shading.shadow_catcher && shading.matte && object->visibility.camera;
     }
+    const auto asks = [](const SurfaceBinding& binding) { return binding.program->traits().reads_particle; };
+    if (object->particles && std::any_of(scene.bindings_.begin() + first_binding, scene.bindings_.begin() + end, asks))
+      add_particles(scene, object->particles->as<float>(), first, count);
     if (scene.mattes_.empty()) continue;
     if (scene.object_mattes_.size() <= number) scene.object_mattes_.resize(number + 1, 0);
     for (size_t k = 0; k < scene.mattes_.size(); ++k)

@@ -96,6 +96,10 @@ void SceneBuilder::State::add_lamps(Build& build, LightSetBuilder& set) {
     if (light.shape == description::AreaShape::square || light.shape == description::AreaShape::disk)
       lamp.size_m.y = lamp.size_m.x;
     lamp.spread_rad = light.spread_rad;
+    const float least_degrees = light.cycles_version < 305                              ? 1.0f
+                                : light.cycles_version < 400 && light.spread_rad > 0.0f ? 0.1f
+                                                                                        : 0.0f;
+    if (light.spread_rad >= 0.0f) lamp.spread_rad = std::max(light.spread_rad, least_degrees * k_pi / 180.0f);
     lamp.traits.hidden_from = ~visibility_mask(object->visibility) & k_visible_all;
     lamp.traits.shadows = light.shadows;
     lamp.traits.hit_by_rays = light.multiple_importance;
@@ -109,8 +113,7 @@ void SceneBuilder::State::add_lamps(Build& build, LightSetBuilder& set) {
       const auto [entry, added] = lights.try_emplace(found->second.get());
       if (added) {
         entry->second.source = found->second;
-        entry->second.made =
-            compile_light(shader_graph(*light.graph), light.name, resolver(build), entry->second.report);
+        entry->second.made = compile_light(graph(*light.graph), light.name, resolver(build), entry->second.report);
       }
       build.report.append(entry->second.report);
       program = entry->second.made;
@@ -199,7 +202,7 @@ void SceneBuilder::State::add_world(Build& build, LightSetBuilder& set) {
   if (added) {
     entry->second.source = found->second;
     entry->second.made =
-        compile_world(shader_graph(found->second->graph), found->second->name, resolver(build), entry->second.report);
+        compile_world(graph(found->second->graph), found->second->name, resolver(build), entry->second.report);
   }
   build.report.append(entry->second.report);
   const std::shared_ptr<const Program>& program = entry->second.made;

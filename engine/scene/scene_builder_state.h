@@ -59,9 +59,16 @@ struct DisplacedMesh {
 };
 
 struct SceneBuilder::State {
+  /// The compiler's input of a graph, in the scene's colours.
+  ShaderGraph graph(const description::Graph& described) const {
+    ShaderGraph made = shader_graph(described);
+    made.scene_from_rec709 = textures->scene_from_rec709();
+    return made;
+  }
+
   SceneBuilderOptions options;
   std::shared_ptr<TextureSystem> textures;
-  std::string ocio_config;
+  std::string ocio_config, working_space;
   Cache<description::Mesh, std::shared_ptr<const TriangleMesh>> meshes;
   Cache<description::Image, TextureHandle> images;
   description::Table<description::Image> image_table;  ///< that the programs below were compiled with
@@ -114,6 +121,7 @@ struct SceneBuilder::State {
   uint32_t bind_materials(Build& build, const description::Object& object, const TriangleMesh& mesh);
   void add_instances(Build& build);
   void add_motion(Build& build);  ///< scene_motion.cpp
+  static void add_particles(Scene& scene, std::span<const float> rows, uint32_t first, size_t count);
   /// Number of a light group, new ones included; 0 for no name.
   static uint16_t light_group(Build& build, const std::string& name);
   void link_lights(Build& build);

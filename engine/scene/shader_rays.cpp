@@ -47,4 +47,20 @@ int SceneShaderRays::crossings(const ShadingPoint& point, const Vec3& origin, co
   return count;
 }
 
+bool SceneShaderRays::meets(const ShadingPoint& point, const Vec3& origin, const Vec3& direction, float distance,
+                            bool from_surface, bool own_object, Meeting& met) const {
+  Ray ray{origin, 0.0f, direction, distance, k_visible_all};
+  if (from_surface) {
+    ray = ray_from_surface(point.p_world, point.p_error, point.ng_world, direction, k_visible_all);
+    ray.t_max = distance;
+  }
+  Hit hit;
+  if (own_object ? !meet_own(*geometry_, ray, point.instance, hit) : !geometry_->intersect(ray, hit)) return false;
+  const SurfaceHit surface = geometry_->surface(hit);
+  met.distance_m = hit.t;
+  met.ns_world = dot(surface.ng_world, direction) > 0.0f ? -surface.ns_world : surface.ns_world;
+  met.own_object = hit.instance == point.instance;
+  return true;
+}
+
 }  // namespace lambent

@@ -1,4 +1,4 @@
-// Rays for programs that look around (Ambient Occlusion, Bevel).
+// Rays for programs that look around (Ambient Occlusion, Bevel, Raycast).
 #pragma once
 
 #include <memory>
@@ -17,6 +17,8 @@ class SceneShaderRays final : public ShaderRays {
                 bool own_object) const override;
   int crossings(const ShadingPoint& point, const Vec3& origin_world, const Vec3& direction_world, float distance_m,
                 std::span<Crossing> found) const override;
+  bool meets(const ShadingPoint& point, const Vec3& origin_world, const Vec3& direction_world, float distance_m,
+             bool from_surface, bool own_object, Meeting& met) const override;
 
  private:
   const std::shared_ptr<const Geometry>& geometry_;

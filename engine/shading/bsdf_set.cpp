@@ -90,7 +90,7 @@ Term eval_term(const Lobe& lobe, BumpShadowing rule, const Vec3& ng, const Vec3&
   }
   // Reflection stays on the smooth surface's side. A direction below the facet is evaluated (the terminator of coarse
   // meshes is not cut), but sample() never makes it.
-  if ((dot(ns, wo) > 0.0f) != reflected) return term;
+  if ((dot(ns, wo) > 0.0f) != reflected && lobe.kind != LobeKind::hair_fibre) return term;
   const bool sampled = (dot(ng, wi) * dot(ng, wo) > 0.0f) == reflected;
   term.f_cos = lobe.weight * value.f_cos;
   if (is_diffuse(lobe.kind) && lobe.n != ns) term.f_cos *= bump_shadowing(rule, ns, lobe.n, camera_is_wi ? wo : wi);
@@ -135,7 +135,8 @@ Lobe Bsdf::sanitized(const Lobe& given) {
   lobe.weight = sane_color(lobe.weight, 1e30f);
   lobe.alpha_x = sane(lobe.alpha_x, 0.0f, 1.0f, 1.0f);
   lobe.alpha_y = sane(lobe.alpha_y, 0.0f, 1.0f, 1.0f);
-  const bool hair = lobe.kind == LobeKind::hair_reflection || lobe.kind == LobeKind::hair_transmission;
+  const bool fibre = lobe.kind == LobeKind::hair_fibre;
+  const bool hair = fibre || lobe.kind == LobeKind::hair_reflection || lobe.kind == LobeKind::hair_transmission;
   const bool subsurface = lobe.kind == LobeKind::subsurface;
   lobe.param = sane(lobe.param,
                     hair         ? -0.5f * k_pi
@@ -147,8 +148,8 @@ Lobe Bsdf::sanitized(const Lobe& given) {
                     0.0f);
   lobe.eta = sane(lobe.eta, 1e-5f, 1e5f, 1.0f);
   const bool conductor = lobe.fresnel == FresnelMode::film_conductor;
-  lobe.f0 = sane_color(lobe.f0, conductor ? k_most_conductor_index : 1.0f);
-  lobe.f90 = sane_color(lobe.f90, subsurface ? 1e30f : conductor ? k_most_conductor_index : 1.0f);
+  lobe.f0 = sane_color(lobe.f0, fibre ? 1e30f : conductor ? k_most_conductor_index : 1.0f);
+  lobe.f90 = sane_color(lobe.f90, subsurface || fibre ? 1e30f : conductor ? k_most_conductor_index : 1.0f);
   lobe.film_nm = sane(lobe.film_nm, 0.0f, 1e9f, 0.0f);
   lobe.film_eta = sane(lobe.film_eta, k_least_film_eta, k_most_film_eta, 1.0f);
   if (!is_finite(lobe.n) || length_squared(lobe.n) < 0.25f)

@@ -337,6 +337,45 @@ void make_principled_2(const Principled2& p, GlossModel model, bool backfacing, 
   }
 }
 
+// Absorption per radius of a fibre that reflects such a colour in all, many fibres together (Chiang et al. 2016, eq.
+// 9).
+Color absorption_from_reflectance(const Color& reflectance, float around) {
+  const float x = around;
+  const float scale = 5.969f + x * (-0.215f + x * (2.532f + x * (-10.73f + x * (5.574f + x * 0.245f))));
+  Color result;
+  for (int k = 0; k < 3; ++k) result[k] = sqr(std::log(std::max(reflectance[k], 1e-20f)) / scale);
+  return result;
+}
+
+void add_principled_hair(const PrincipledHair& p, LobeTemplates& templates) {
+  // A hair's number spreads values around their own, by as much as is asked for.
+  const float spread = 2.0f * (p.random - 0.5f);
+  const float roughness = p.roughness * (1.0f + spread * p.random_roughness);
+  const float around = p.radial_roughness * (1.0f + spread * p.random_roughness);
+  Lobe& lobe = templates.add(LobeKind::hair_fibre, Color(1.0f));
+  lobe.alpha_x = std::clamp(roughness, 0.001f, 1.0f);
+  lobe.alpha_y = std::clamp(around, 0.001f, 1.0f);
+  lobe.param = p.tilt_rad;
+  lobe.f90 = Color(1.0f - clamp01(p.coat), p.ior, 0.0f);
+  switch (static_cast<HairColor>(static_cast<int>(std::clamp(p.meaning, 0.0f, 2.0f)))) {
+    case HairColor::absorption:
+      lobe.f0 = p.color;
+      break;
+    case HairColor::reflectance:
+      lobe.f0 = absorption_from_reflectance(p.color, around);
+      break;
+    case HairColor::melanin: {
+      // Cycles' scale of melanin, and what either sort of it absorbs
+      const float amount = p.melanin * (1.0f + spread * clamp01(p.random_color));
+      const float density = -std::log(std::max(1.0f - amount, 1e-4f));
+      const Color eumelanin(0.506f, 0.841f, 1.653f), pheomelanin(0.343f, 0.733f, 1.924f);
+      lobe.f0 = eumelanin * (density * (1.0f - p.redness)) + pheomelanin * (density * p.redness) +
+                absorption_from_reflectance(p.color, around);
+      break;
+    }
+  }
+}
+
 // Takes parameters in the order in which they are stored.
 struct Reader {
   const float* next;
@@ -352,6 +391,11 @@ Principled1 read_principled_1(const float* p) {
   return {r.color(),  r.number(), r.color(),  r.number(), r.number(), r.number(), r.number(),
           r.number(), r.number(), r.number(), r.number(), r.number(), r.number(), r.number(),
           r.number(), r.number(), r.color(),  r.number(), r.number(), r.number()};
+}
+PrincipledHair read_principled_hair(const float* p) {
+  Reader r{p};
+  return {r.color(),  r.number(), r.number(), r.number(), r.number(), r.number(),
+          r.number(), r.number(), r.number(), r.number(), r.number(), r.number()};
 }
 Principled2 read_principled_2(const float* p) {
   Reader r{p};
@@ -381,6 +425,8 @@ int closure_parameter_count(ClosureKind kind) {
     case ClosureKind::hair_reflection:
     case ClosureKind::hair_transmission:
       return 6;
+    case ClosureKind::hair_fibre:
+      return sizeof(PrincipledHair) / sizeof(float);
     case ClosureKind::glass:
       return closure_parameter::k_glass_film + 2;
     case ClosureKind::portal:
@@ -479,6 +525,9 @@ void make_lobes(ClosureKind kind, GlossModel model, const float* raw, bool backf
       templates.last().anisotropic = true;
       break;
     }
+    case ClosureKind::hair_fibre:
+      add_principled_hair(read_principled_hair(p), templates);
+      break;
     case ClosureKind::conductor: {
       Lobe& lobe = templates.add(LobeKind::reflection, Color(1.0f));
       lobe.fresnel = FresnelMode::f82;

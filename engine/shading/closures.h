@@ -23,6 +23,7 @@ enum class ClosureKind : uint8_t {
   glossy_toon,
   hair_reflection,
   hair_transmission,
+  hair_fibre,
   metallic,
   conductor,
   subsurface,
@@ -91,6 +92,14 @@ struct Principled2 {  // Blender 4.0 and later
   float subsurface_scale, subsurface_ior, subsurface_anisotropy, subsurface_rules;
   float film_nm, film_ior, thin_wall;
   Color emission;  // the last: what the compiler looks for
+};
+/// What the colour of a hair fibre means.
+enum class HairColor : uint8_t { absorption, melanin, reflectance };
+/// Principled hair's parameters in the order in which they are stored.
+struct PrincipledHair {
+  Color color;  ///< absorption per radius, tint or reflectance
+  float meaning, melanin, redness, roughness, radial_roughness, coat, ior, tilt_rad, random, random_color,
+      random_roughness;
 };
 inline constexpr int k_max_closure_parameters = 39;
 static_assert(sizeof(Principled1) <= k_max_closure_parameters * sizeof(float));

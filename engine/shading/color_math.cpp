@@ -122,8 +122,7 @@ Color wavelength_color(float nanometres) {
   float xyz[3];
   for (int k = 0; k < 3; ++k) xyz[k] = lerp(k_observer_xyz[i][k], k_observer_xyz[i + 1][k], position - i);
   constexpr float k_scale = 1.0f / 2.52f;  // so that no channel passes 1
-  const Color c = rec709_from_xyz(xyz[0], xyz[1], xyz[2]) * k_scale;
-  return Color(std::max(c.x, 0.0f), std::max(c.y, 0.0f), std::max(c.z, 0.0f));
+  return rec709_from_xyz(xyz[0], xyz[1], xyz[2]) * k_scale;
 }
 
 }  // namespace lambent

@@ -93,7 +93,8 @@ Color rec709_from_xyz(float x, float y, float z);
 /// Colour of a black body in linear Rec. 709, luminance 1, channels may be negative outside the gamut.
 /// @param kelvin clamped to [800, 12000], as Blender. (Planck's law; the CIE 1931 observer.)
 Color blackbody_color(float kelvin);
-/// Colour of light of one wavelength in linear Rec. 709, scaled as in Blender; black outside [380, 780) nm.
+/// Colour of light of one wavelength in linear Rec. 709, scaled as in Blender; black outside [380, 780) nm. Negative
+/// where Rec. 709 cannot show it.
 Color wavelength_color(float nanometres);
 
 }  // namespace lambent

@@ -242,6 +242,8 @@ void portal(Compiler& c, int n, const Value& w) {
   c.add_closure(use, w, {}, p.values());
 }
 
+constexpr float k_default_tilt_rad = 2.0f * k_pi / 180.0f;
+
 // On meshes the hair lies along the bitangent, without tilt, unless a tangent is given.
 void hair(Compiler& compiler, int node, const Value& weight) {
   ClosureUse use{};
@@ -260,12 +262,31 @@ void hair(Compiler& compiler, int node, const Value& weight) {
   compiler.add_closure(use, weight, normals, values);
 }
 
-// What is rendered by the diffuse closure for now.
-void diffuse_stand_in(Compiler& compiler, int node, const Value& weight, const char* what) {
-  compiler.warn_unsupported(node, what);
+void principled_hair(Compiler& compiler, int node, const Value& weight) {
+  const std::string meaning = compiler.text(node, "parametrization", "COLOR");
+  const bool huang = compiler.text(node, "model", "CHIANG") == "HUANG";
+  if (huang) compiler.warn_unsupported(node, "Huang's model is rendered as Chiang's, round and with all of its lobes");
+  ClosureUse use{};
+  use.kind = ClosureKind::hair_fibre;
   Parameters p(compiler, node);
-  p.color("Color", Color(0.8f)).constant(0.0f);
-  simple(compiler, node, weight, ClosureKind::diffuse, p);
+  if (meaning == "ABSORPTION")
+    p.color("Absorption Coefficient", Color(0.245531f, 0.52f, 1.365f));
+  else if (meaning == "MELANIN")
+    p.color("Tint", Color(1.0f));
+  else
+    p.color("Color", Color(0.017513f, 0.005763f, 0.002059f));
+  p.constant(static_cast<float>(meaning == "ABSORPTION" ? HairColor::absorption
+                                : meaning == "MELANIN"  ? HairColor::melanin
+                                                        : HairColor::reflectance));
+  p.number("Melanin", 0.8f).number("Melanin Redness", 1.0f).number("Roughness", 0.3f);
+  p.number(huang ? "Roughness" : "Radial Roughness", 0.3f);
+  if (huang)
+    p.constant(0.0f);
+  else
+    p.number("Coat", 0.0f);
+  p.number("IOR", 1.55f).number("Offset", k_default_tilt_rad).number("Random", 0.0f);
+  p.number("Random Color", 0.0f).number("Random Roughness", 0.0f);
+  compiler.add_closure(use, weight, {}, p.values());
 }
 
 using ClosureNode = void (*)(Compiler&, int node, const Value& weight);
@@ -323,6 +344,7 @@ const std::map<std::string, ClosureNode>& closure_nodes() {
       {"BsdfToon", toon},
       {"BsdfRayPortal", portal},
       {"BsdfHair", hair},
+      {"BsdfHairPrincipled", principled_hair},
       {"Holdout",
        [](Compiler& c, int n, const Value& w) {
          ClosureUse use{};
@@ -343,8 +365,6 @@ const std::map<std::string, ClosureNode>& closure_nodes() {
 
 const std::map<std::string, ClosureNode>& stand_ins() {
   static const std::map<std::string, ClosureNode> nodes{
-      {"BsdfHairPrincipled",
-       [](Compiler& c, int n, const Value& w) { diffuse_stand_in(c, n, w, "it is rendered as diffuse reflection"); }},
       {"EeveeSpecular",
        [](Compiler& c, int n, const Value& w) {
          c.warn_unsupported(n, "it is rendered as diffuse reflection of its base colour");

@@ -206,6 +206,36 @@ TypedValue radial_tiling_node(Compiler& c, int n, S socket, int shift) {
   return vector_of(e.part(tile, 0, 3));
 }
 
+TypedValue point_density(Compiler& c, int n, S socket, int shift) {
+  Expressions& e = c.expressions();
+  const bool density = socket == "Density";
+  if (c.text(n, "image", "").empty()) return density ? number_of(e.number(0.0f)) : color_of(e.vector(Vec3(0.0f)));
+  Value at = c.vector_or(n, "Vector", shift, &Compiler::position);
+  if (c.text(n, "space", "OBJECT") == "WORLD") {
+    const auto row = [&](const char* name) {
+      const auto& properties = c.node(n).properties;
+      const auto found = properties.find(name);
+      const auto* r = found == properties.end() ? nullptr : std::get_if<GraphNumbers>(&found->second);
+      if (!r || r->size() != 4) return e.number(0.0f);
+      const Value product = e.operation(Op::vector_math_float, static_cast<int>(VectorOperation::dot),
+                                        {at, e.vector(Vec3((*r)[0], (*r)[1], (*r)[2]))}, 1);
+      return e.operation(Op::math, static_cast<int>(MathOperation::add), {product, e.number((*r)[3]), e.number(0.0f)},
+                         1);
+    };
+    at = e.operation(Op::combine, 0, {row("row_0"), row("row_1"), row("row_2")}, 3);
+  } else {
+    constexpr int k_point_to_object = 3 + 9;  // Cycles goes from the object's space to its bounds in volumes only
+    at = e.operation(Op::vector_transform, k_point_to_object, {at}, 3);
+  }
+  const std::string interpolation = c.text(n, "interpolation", "Linear");
+  if (interpolation == "Cubic") c.warn_unsupported(n, "its voxels are interpolated linearly");
+  const uint32_t texture = c.texture(n, ImageProjection::flat);
+  c.program().textures[texture].interpolation = TextureInterpolation::closest;
+  const Value found = e.operation(Op::voxels, interpolation == "Closest" ? 1 : 0,
+                                  {at, e.number(c.property(n, "resolution", 1.0f))}, 4, texture);
+  return density ? number_of(e.part(found, 3, 1)) : color_of(e.part(found, 0, 3));
+}
+
 TypedValue sky_node(Compiler& c, int n, S, int shift) {
   const std::string type = c.text(n, "sky_type", "NISHITA");
   std::vector<float> table;
@@ -245,14 +275,14 @@ TypedValue sky_node(Compiler& c, int n, S, int shift) {
   }
   const auto index = static_cast<uint32_t>(c.program().tables.size());
   c.program().tables.push_back(std::move(table));
-  return color_of(
-      c.expressions().operation(Op::sky, 0, {c.vector_or(n, "Vector", shift, &Compiler::generated)}, 3, index));
+  return color_of(c.computed_color(Op::sky, {c.vector_or(n, "Vector", shift, &Compiler::generated)}, index));
 }
 
 }  // namespace
 
 const std::map<std::string, ValueNode>& texture_nodes() {
   static const std::map<std::string, ValueNode> nodes{{"TexImage", image},
+                                                      {"TexPointDensity", point_density},
                                                       {"TexEnvironment", environment},
                                                       {"TexNoise", noise},
                                                       {"TexChecker", checker},

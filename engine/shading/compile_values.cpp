@@ -146,9 +146,20 @@ TypedValue no_color(Compiler& c, int n, S, int) {
   c.warn_unsupported(n, "it has no meaning in path tracing, black takes its place");
   return color_of(c.expressions().vector(Vec3(0.0f)));
 }
-TypedValue particle_information(Compiler& c, int n, S socket, int) {
-  c.warn_unsupported(n, "the particle's " + socket + " is that of an object without particles");
-  return number_of(c.expressions().number(socket == "Random" ? hash_integers(0, 0) : 0.0f));
+TypedValue particle_information(Compiler& c, int, S socket, int) {
+  c.program().traits.reads_particle = true;
+  const auto field = [&](ParticleField what, int width) {
+    return c.expressions().operation(Op::particle, static_cast<int>(what), {}, width);
+  };
+  if (socket == "Location") return vector_of(field(ParticleField::location, 3));
+  if (socket == "Velocity") return vector_of(field(ParticleField::velocity, 3));
+  if (socket == "Angular Velocity") return vector_of(field(ParticleField::angular_velocity, 3));
+  return number_of(field(socket == "Index"      ? ParticleField::index
+                         : socket == "Age"      ? ParticleField::age
+                         : socket == "Lifetime" ? ParticleField::lifetime
+                         : socket == "Size"     ? ParticleField::size
+                                                : ParticleField::random,
+                         1));
 }
 
 // What needs rays from within a shader.
@@ -168,6 +179,22 @@ TypedValue bevel(Compiler& c, int n, S, int) {
   const bool given = c.is_linked(n, "Normal");
   if (given) arguments.push_back(c.vector_or(n, "Normal", 0, &Compiler::normal));
   return vector_of(e.operation(Op::bevel, given ? 1u : 0u, arguments, 3));
+}
+
+TypedValue raycast(Compiler& c, int n, S socket, int) {
+  Expressions& e = c.expressions();
+  const Value cast = e.operation(Op::raycast, c.flag(n, "only_local", false) ? 1 : 0,
+                                 {c.vector_or(n, "Position", 0, &Compiler::position),
+                                  c.vector_or(n, "Direction", 0, &Compiler::normal), c.number(n, "Length", 1.0f, 0)},
+                                 9);
+  if (socket == "Is Hit") return number_of(e.part(cast, 0, 1));
+  if (socket == "Self Hit") return number_of(e.part(cast, 1, 1));
+  if (socket == "Hit Distance") return number_of(e.part(cast, 2, 1));
+  if (socket == "Hit Position") return vector_of(e.part(cast, 3, 3));
+  if (socket == "Hit Normal") return vector_of(e.part(cast, 6, 3));
+  if (socket.starts_with("Attribute_"))
+    c.warn_unsupported(n, "attributes of what is hit are not looked up: 0 takes their place");
+  return number_of(e.number(0.0f));
 }
 
 TypedValue tangent_node(Compiler& c, int n, S, int) {
@@ -304,11 +331,11 @@ TypedValue combine_xyz(Compiler& c, int n, S, int shift) {
       Op::combine, 0, {c.number(n, "X", 0, shift), c.number(n, "Y", 0, shift), c.number(n, "Z", 0, shift)}, 3));
 }
 TypedValue blackbody(Compiler& c, int n, S, int shift) {
-  return color_of(c.expressions().operation(Op::blackbody, 0, {c.number(n, "Temperature", 1500, shift)}, 3));
+  return color_of(c.computed_color(Op::blackbody, {c.number(n, "Temperature", 1500, shift)}));
 }
 
 TypedValue wavelength(Compiler& c, int n, S, int shift) {
-  return color_of(c.expressions().operation(Op::wavelength, 0, {c.number(n, "Wavelength", 500, shift)}, 3));
+  return color_of(c.computed_color(Op::wavelength, {c.number(n, "Wavelength", 500, shift)}));
 }
 
 // Rows of the tables that ramps and curves are sampled into: as many as the Blender hands to its Cycles.
@@ -596,8 +623,7 @@ TypedValue vector_displacement(Compiler& c, int n, S, int shift) {
 }  // namespace
 
 const std::map<std::string, ValueNode>& value_stand_ins() {
-  static const std::map<std::string, ValueNode> nodes{{"ParticleInfo", particle_information},
-                                                      {"ShaderToRGB", no_color}};
+  static const std::map<std::string, ValueNode> nodes{{"ShaderToRGB", no_color}};
   return nodes;
 }
 
@@ -611,9 +637,11 @@ const std::map<std::string, ValueNode>& value_nodes() {
                                          {"Attribute", attribute_node},
                                          {"AmbientOcclusion", ambient_occlusion},
                                          {"Bevel", bevel},
+                                         {"Raycast", raycast},
                                          {"NewGeometry", geometry},
                                          {"LightPath", light_path},
                                          {"ObjectInfo", object_information},
+                                         {"ParticleInfo", particle_information},
                                          {"CameraData", camera_data},
                                          {"Tangent", tangent_node},
                                          {"MixRGB", mix_rgb},

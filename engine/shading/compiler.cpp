@@ -27,7 +27,7 @@ bool reads_view(Op op) {
   }
 }
 /// What rays of its own find differs from one evaluation to the next, so that no two walks may share it.
-bool casts_rays(Op op) { return op == Op::ambient_occlusion || op == Op::bevel; }
+bool casts_rays(Op op) { return op == Op::ambient_occlusion || op == Op::bevel || op == Op::raycast; }
 bool reads_path(Op op) { return op == Op::light_path || op == Op::light_falloff || casts_rays(op); }
 
 }  // namespace
@@ -270,6 +270,19 @@ uint32_t Compiler::texture(int index, ImageProjection projection) {
   return place;
 }
 
+Value Compiler::computed_color(Op op, const std::vector<Value>& arguments, uint32_t data) {
+  Expressions& e = expressions_;
+  if (!graph_.scene_from_rec709) return e.operation(op, 0, arguments, 3, data);
+  const Value color = e.operation(op, 1, arguments, 3, data), zero = e.number(0.0f);
+  const auto channel = [&](size_t row) {
+    const float* m = graph_.scene_from_rec709->data() + 3 * row;
+    const Value sum = e.operation(Op::vector_math_float, static_cast<int>(VectorOperation::dot),
+                                  {color, e.vector(Vec3(m[0], m[1], m[2]))}, 1);
+    return e.operation(Op::math, static_cast<int>(MathOperation::maximum), {sum, zero, zero}, 1);
+  };
+  return e.operation(Op::combine, 0, {channel(0), channel(1), channel(2)}, 3);
+}
+
 // --- Closures
 // ----------------------------------------------------------------------------------------------------------
 
@@ -334,7 +347,8 @@ void Compiler::add_closure(ClosureUse use, const Value& weight, const std::vecto
   }
   const bool black = constant && values[0] == 0.0f && values[1] == 0.0f && values[2] == 0.0f;
   const bool plain = use.kind != ClosureKind::principled_1 && use.kind != ClosureKind::principled_2 &&
-                     use.kind != ClosureKind::metallic && use.kind != ClosureKind::conductor;
+                     use.kind != ClosureKind::metallic && use.kind != ClosureKind::conductor &&
+                     use.kind != ClosureKind::hair_fibre;
   if (black && plain) return;
   if (constant && !closure_depends_on_view(use.kind)) {
     use.constant = true;

@@ -85,6 +85,10 @@ class Compiler {
   Value tangent(int shift);
   uint32_t texture(int node, ImageProjection projection);
 
+  /// A colour that an operation computes in linear Rec. 709, in the scene's space; variant 1 of the operation gives
+  /// what Rec. 709 cannot show.
+  Value computed_color(Op op, const std::vector<Value>& arguments, uint32_t data = 0);
+
   TypedValue output(const GraphLink& link, int shift);
   Value to_number(const TypedValue& value);
   Value to_vector(const TypedValue& value);

@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "engine/shading/bsdf_set.h"
+#include "engine/shading/color_math.h"
 #include "engine/shading/expressions.h"
 #include "engine/shading/graph.h"
 
@@ -510,6 +512,86 @@ TEST(Compiler, subsurface_takes_its_colour) {
   EXPECT_TRUE(compiled.program->traits().subsurface);
   EXPECT_NEAR(compiled.bsdf().albedo({0, 0, 1}).y, 0.7f, 0.02f);  // with an estimate of retro-reflection
   EXPECT_NEAR(compiled.bsdf().albedo({0, 0, 1}).x, 0.0f, 1e-4f);
+}
+
+Color emitted(const ShaderGraph& graph, const ShadingPoint& point = front_point()) {
+  return Compiled(graph).program->emission(point, nullptr);
+}
+
+TEST(Compiler, computed_colours_are_in_the_scenes_space) {
+  for (const auto& [type, input, x] :
+       {std::tuple{"Blackbody", "Temperature", 2500.0f}, {"Wavelength", "Wavelength", 500.0f}}) {
+    ShaderGraph graph = make_graph(
+        {make_node(type, {{input, x}}), make_node("Emission", {{"Color", GraphLink{0, "Color"}}, {"Strength", 1.0f}})});
+    const Color usual = emitted(graph);
+    graph.scene_from_rec709 = {0.5f, 0.5f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f, 2.0f};
+    const Color wide = emitted(graph);
+    const Color given = type == std::string("Blackbody") ? blackbody_color(x) : wavelength_color(x);
+    EXPECT_NEAR(wide.x, std::max(0.5f * (given.x + given.y), 0.0f), 1e-5f) << type;
+    EXPECT_NEAR(wide.y, usual.y, 1e-5f) << type;
+    EXPECT_NEAR(wide.z, 2.0f * std::max(given.z, 0.0f), 1e-5f) << type;
+    EXPECT_GE(min_component(usual), 0.0f) << type;
+  }
+  EXPECT_LT(wavelength_color(500.0f).x, 0.0f);  // what the test is about: Rec. 709 cannot show it, a wider space may
+}
+
+TEST(Compiler, particle_information_is_that_of_the_point) {
+  const auto shown = [](const char* output, const ParticleState* particle) {
+    ShadingPoint point = front_point();
+    point.particle = particle;
+    return emitted(make_graph({make_node("ParticleInfo"), make_node("Emission", {{"Color", GraphLink{0, output}}})}),
+                   point);
+  };
+  ParticleState particle{3.0f, 4.0f, 50.0f, 0.25f, {1, 2, 3}, {4, 5, 6}, {7, 8, 9}};
+  EXPECT_EQ(shown("Index", &particle).x, 3.0f);
+  EXPECT_EQ(shown("Age", &particle).x, 4.0f);
+  EXPECT_EQ(shown("Lifetime", &particle).x, 50.0f);
+  EXPECT_EQ(shown("Size", &particle).x, 0.25f);
+  EXPECT_EQ(shown("Location", &particle), Color(1, 2, 3));
+  EXPECT_EQ(shown("Velocity", &particle), Color(4, 5, 6));
+  EXPECT_EQ(shown("Angular Velocity", &particle), Color(7, 8, 9));
+  EXPECT_EQ(shown("Location", nullptr), Color(0.0f));
+  const float random = shown("Random", &particle).x;
+  particle.index = 4.0f;
+  EXPECT_NE(shown("Random", &particle).x, random);
+}
+
+TEST(Compiler, principled_hair_lies_along_the_first_edge_and_absorbs_what_its_colour_says) {
+  const auto lobe_of = [](const std::string& meaning, std::map<std::string, GraphValue> inputs) {
+    const Compiled compiled(
+        make_graph({make_node("BsdfHairPrincipled", std::move(inputs), {{"parametrization", meaning}})}));
+    EXPECT_EQ(compiled.messages(), "");
+    ShadingPoint point = front_point();
+    point.dpdu_world = {0.0f, 3.0f, 0.0f};
+    Bsdf bsdf = compiled.bsdf(point);
+    EXPECT_EQ(bsdf.lobes().size(), 1u);
+    EXPECT_EQ(bsdf.lobes()[0].kind, LobeKind::hair_fibre);
+    EXPECT_EQ(bsdf.lobes()[0].tangent, Vec3(0, 1, 0));
+    return bsdf.lobes()[0];
+  };
+  EXPECT_EQ(lobe_of("ABSORPTION", {{"Absorption Coefficient", GraphNumbers{0.1f, 0.0f, 2.0f}}}).f0,
+            Color(0.1f, 0.0f, 2.0f));
+  // White hair absorbs nothing, black hair lets next to nothing through; and black is no reason to leave it out.
+  EXPECT_EQ(max_component(lobe_of("COLOR", {{"Color", rgb(1, 1, 1)}}).f0), 0.0f);
+  EXPECT_GT(lobe_of("COLOR", {{"Color", rgb(0, 0, 0)}}).f0.x, 10.0f);
+  const Color blond = lobe_of("MELANIN", {{"Melanin", 0.2f}, {"Melanin Redness", 0.0f}}).f0;
+  const float density = -std::log(0.8f);
+  EXPECT_NEAR(blond.x, 0.506f * density, 1e-4f);
+  EXPECT_NEAR(blond.z, 1.653f * density, 1e-4f);
+  const Lobe coated =
+      lobe_of("COLOR", {{"Coat", 0.25f}, {"Roughness", 0.4f}, {"Radial Roughness", 0.7f}, {"IOR", 1.4f}});
+  EXPECT_FLOAT_EQ(coated.f90.x, 0.75f);
+  EXPECT_FLOAT_EQ(coated.f90.y, 1.4f);
+  EXPECT_FLOAT_EQ(coated.alpha_x, 0.4f);
+  EXPECT_FLOAT_EQ(coated.alpha_y, 0.7f);
+  // A hair's own number spreads roughness: at 0, by all that is asked for downwards.
+  EXPECT_FLOAT_EQ(lobe_of("COLOR", {{"Roughness", 0.4f}, {"Random Roughness", 0.5f}}).alpha_x, 0.2f);
+}
+
+TEST(Compiler, huangs_hair_is_named_as_stood_in_for) {
+  const Compiled compiled(make_graph({make_node("BsdfHairPrincipled", {}, {{"model", std::string("HUANG")}})}));
+  EXPECT_THAT(compiled.messages(), HasSubstr("Huang"));
+  EXPECT_EQ(compiled.bsdf().lobes()[0].kind, LobeKind::hair_fibre);
 }
 
 }  // namespace

@@ -26,6 +26,7 @@ bool reads_point(Op op) {
     case Op::object_index:
     case Op::material_index:
     case Op::object_random:
+    case Op::particle:
     case Op::view_distance:
     case Op::view_vector:
     case Op::view_depth:
@@ -38,6 +39,7 @@ bool reads_point(Op op) {
     case Op::vector_transform:
     case Op::ambient_occlusion:
     case Op::bevel:
+    case Op::raycast:
     case Op::fresnel:
     case Op::layer_weight_fresnel:
     case Op::layer_weight_facing:
@@ -46,6 +48,7 @@ bool reads_point(Op op) {
     case Op::world_tangent:
     case Op::texture_image:
     case Op::texture_environment:
+    case Op::voxels:
     case Op::closure:
       return true;
     default:
@@ -147,14 +150,15 @@ bool Expressions::never_negative(const Value& value) const {
     case Op::fresnel:
     case Op::layer_weight_fresnel:
     case Op::layer_weight_facing:
-    case Op::blackbody:
-    case Op::wavelength:
     case Op::ies:
     case Op::wave:
     case Op::white_noise:
     case Op::gradient:
-    case Op::sky:
       return true;
+    case Op::blackbody:
+    case Op::wavelength:
+    case Op::sky:
+      return node.variant == 0;
     case Op::clamp:
       return never_negative(node.arguments[1]) && never_negative(node.arguments[2]);
     case Op::noise:

@@ -284,6 +284,37 @@ Vec3 bump(int variant, const ShadingPoint& point, const Arguments& a) {
   return variant & k_bump_newer ? bumped : valid_reflection_normal(point.ng_world, point.wi_world, bumped);
 }
 
+void store_particle(const ShadingPoint& point, ParticleField field, float* out) {
+  static constexpr ParticleState k_none{};
+  const ParticleState& particle = point.particle ? *point.particle : k_none;
+  switch (field) {
+    case ParticleField::random:
+      *out = hash_integers(static_cast<uint32_t>(std::clamp(particle.index, 0.0f, 4e9f)), 0);
+      break;
+    case ParticleField::index:
+      *out = particle.index;
+      break;
+    case ParticleField::age:
+      *out = particle.age;
+      break;
+    case ParticleField::lifetime:
+      *out = particle.lifetime;
+      break;
+    case ParticleField::size:
+      *out = particle.size;
+      break;
+    case ParticleField::location:
+      store(out, particle.location);
+      break;
+    case ParticleField::velocity:
+      store(out, particle.velocity);
+      break;
+    case ParticleField::angular_velocity:
+      store(out, particle.angular_velocity);
+      break;
+  }
+}
+
 Vec3 default_tangent(const ShadingPoint& point, const float* generated) {
   const Vec3 radial(-(generated[1] - 0.5f), generated[0] - 0.5f, 0.0f);
   const Vec3 t = normalize(cross(world_normal(point, radial), point.ns_world));
@@ -351,6 +382,9 @@ void run_instruction(const ProgramData& program, const Instruction& instruction,
       break;
     case Op::material_index:
       *out = static_cast<float>(point.material_pass_index);
+      break;
+    case Op::particle:
+      store_particle(point, static_cast<ParticleField>(variant), out);
       break;
     case Op::object_random:
       *out = static_cast<float>(point.random_id) * (1.0f / static_cast<float>(0xFFFFFFFFu));
@@ -541,6 +575,13 @@ void run_instruction(const ProgramData& program, const Instruction& instruction,
     case Op::ambient_occlusion:
       *out = ambient_occlusion(point, a.v(0), a.f(1), static_cast<int>(a.f(2)), variant & 1, variant & 2);
       break;
+    case Op::raycast: {
+      const Raycast cast = cast_ray(point, a.v(0), a.v(1), a.f(2), variant & 1);
+      out[0] = cast.hit ? 1.0f : 0.0f, out[1] = cast.own_object ? 1.0f : 0.0f, out[2] = cast.distance;
+      store(out + 3, cast.position);
+      store(out + 6, cast.normal);
+      break;
+    }
     case Op::bevel: {
       const Vec3 n = bevelled_normal(point, a.f(0), static_cast<int>(a.f(1)));
       store(out, variant ? normalize(a.v(2) + n - point.ns_world) : n);
@@ -585,19 +626,18 @@ void run_instruction(const ProgramData& program, const Instruction& instruction,
       break;
     }
     case Op::wavelength:
-      store(out, wavelength_color(a.f(0)));
+      store_color(out, wavelength_color(a.f(0)), variant != 0);
       break;
     case Op::object_normal_of:
       store(out, object_normal(point, a.v(0)));
       break;
-    case Op::blackbody: {
-      const Color c = blackbody_color(a.f(0));
-      store(out, {std::max(c.x, 0.0f), std::max(c.y, 0.0f), std::max(c.z, 0.0f)});
+    case Op::blackbody:
+      store_color(out, blackbody_color(a.f(0)), variant != 0);
       break;
-    }
 
     case Op::texture_image:
     case Op::texture_environment:
+    case Op::voxels:
     case Op::noise:
     case Op::musgrave:
     case Op::voronoi:

@@ -40,9 +40,12 @@ enum class LobeKind : uint8_t {
                       ///< around, `param` the cuticle's tilt, radians
   hair_transmission,  ///< likewise through it
   ashikhmin_shirley,  ///< Ashikhmin & Shirley 2000 without their Fresnel term (Cycles before 4.0)
-  reflection,         ///< microfacet or mirror
-  refraction,         ///< microfacet or smooth
-  glass,              ///< reflection and refraction with the Fresnel term at the microfacet
+  hair_fibre,  ///< Chiang et al. 2016 (hair_fibre.h): n geometric, tangent along the fibre, alpha_x and alpha_y the
+               ///< roughness along and around, `param` the cuticle's tilt, radians, f0 the absorption per radius,
+               ///< f90.x what the primary reflection has of alpha_x, f90.y the index of refraction
+  reflection,  ///< microfacet or mirror
+  refraction,  ///< microfacet or smooth
+  glass,       ///< reflection and refraction with the Fresnel term at the microfacet
   thin_transmission,  ///< a pane's blur: reflection that leaves on the other side, mirrored there; never a delta
 };
 

@@ -9,6 +9,7 @@
 #include "engine/sampling/warp.h"
 #include "engine/shading/albedo_table.h"
 #include "engine/shading/fresnel.h"
+#include "engine/shading/hair_fibre.h"
 #include "engine/shading/lobe.h"
 #include "engine/shading/microfacet.h"
 #include "engine/shading/sheen.h"
@@ -245,6 +246,8 @@ inline Color lobe_albedo(const Lobe& lobe, float cos_view) {
     case LobeKind::ashikhmin_shirley:
     case LobeKind::thin_transmission:
       return Color(1.0f);
+    case LobeKind::hair_fibre:
+      return HairFibre::albedo(lobe, c);
     case LobeKind::principled_retro:
       return Color(0.02f + 0.4f * lobe.param * schlick_weight(c));
     case LobeKind::principled_sheen:
@@ -348,6 +351,16 @@ inline LobeValue eval_rough_refraction(const Lobe& lobe, const Vec3& wi, const V
   return value;
 }
 
+inline LobeValue eval_hair_fibre(const Lobe& lobe, const Vec3& wi, const Vec3& wo, bool camera_is_wi) {
+  const HairFibre fibre(lobe);
+  const HairFibre::Side from_wi = fibre.seen_from(wi), from_wo = fibre.seen_from(wo);
+  LobeValue value;
+  value.f_cos = camera_is_wi ? fibre.value(from_wi, wo) : fibre.value(from_wo, wi);
+  value.pdf_solid_angle = fibre.pdf_solid_angle(from_wi, wo, camera_is_wi);
+  value.pdf_reverse_solid_angle = fibre.pdf_solid_angle(from_wo, wi, !camera_is_wi);
+  return value;
+}
+
 // --- All kinds -----------------------------------------------------------------------------------------------------
 
 /// f_cos and densities of a lobe that is not delta. Zero where the lobe does not connect the two directions.
@@ -366,6 +379,7 @@ inline LobeValue eval_lobe(const Lobe& lobe, const Vec3& wi, const Vec3& wo, boo
     return eval_rough_refraction(lobe, wi, wo, camera_is_wi);
   }
   if (is_stylized(lobe.kind)) return eval_stylized(lobe, wi, wo, camera_is_wi);
+  if (lobe.kind == LobeKind::hair_fibre) return eval_hair_fibre(lobe, wi, wo, camera_is_wi);
   if (lobe.kind == LobeKind::translucent) {
     if (wi.z * wo.z >= 0.0f) return value;
     value.f_cos = Color(std::fabs(light.z) * k_inv_pi);
@@ -477,6 +491,12 @@ inline LobeSample sample_lobe(const Lobe& lobe, const Vec3& wi, float u_choice, 
     return sample;
   }
   switch (lobe.kind) {
+    case LobeKind::hair_fibre: {
+      const HairFibre fibre(lobe);
+      sample.wo = fibre.sample(fibre.seen_from(wi), u_choice, u, camera_is_wi);
+      sample.transmitted = sample.wo.z < 0.0f;
+      break;
+    }
     case LobeKind::diffuse:
     case LobeKind::oren_nayar:
     case LobeKind::principled_diffuse:

@@ -75,6 +75,10 @@ void add_closure(const ProgramData& program, const Instruction& instruction, con
         continue;
       }
       lobe.n = entry.coat ? coat_normal : n;
+      if (lobe.kind == LobeKind::hair_fibre) {
+        lobe.n = point.ng_world;
+        lobe.tangent = normalize(point.dpdu_world);
+      }
       if (is_diffuse(lobe.kind) && (!looks_away || lobe.kind == LobeKind::diffuse)) lobe.n = diffuse_normal;
       if (entry.anisotropic)
         lobe.tangent = entry.rotation != 0.0f ? rotate_around_axis(tangent, n, entry.rotation * 2.0f * k_pi) : tangent;

@@ -29,6 +29,7 @@ struct ProgramTraits {
   bool may_be_transparent = false;   ///< transparency is not always zero: shadow rays must ask
   bool needs_differentials = false;  ///< bump, filtered textures
   bool scatters = false;             ///< has lobes besides emission and transparency
+  bool reads_particle = false;       ///< asks for ShadingPoint::particle
   bool casts_rays = false;           ///< looks around: ShadingPoint::rays
   bool holdout = false;              ///< has holes
   bool subsurface = false;           ///< has subsurface lobes

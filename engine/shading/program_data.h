@@ -32,6 +32,7 @@ enum class Op : uint8_t {
   object_index,
   material_index,
   object_random,
+  particle,  // f or v; variant: ParticleField
   view_distance,
   view_vector,      // v; unit, in the camera's space
   view_depth,       // f; along the camera's axis
@@ -74,6 +75,7 @@ enum class Op : uint8_t {
   // Shading
   ambient_occlusion,  // f(normal, distance, samples); variant: 1 inside + 2 own object
   bevel,              // v(radius, samples[, normal]); variant: 1 with that normal
+  raycast,            // 9(position, direction, length): hit, self, distance, position, normal; variant: 1 own object
   fresnel,
   layer_weight_fresnel,
   layer_weight_facing,
@@ -88,6 +90,7 @@ enum class Op : uint8_t {
   // Textures
   texture_image,        // c4(vector); data: texture
   texture_environment,  // c4(vector); data: texture
+  voxels,               // c4(coordinates, resolution): channels as stored; data: texture; variant: 1 the closest
   noise,                // c4: colour and value
   musgrave,             // f; variant: dimensions + 8 · type
   voronoi,              // 8: distance, colour, position; data: index in voronois
@@ -104,6 +107,8 @@ enum class Op : uint8_t {
   // Closures
   closure  // data: closure
 };
+
+enum class ParticleField : uint8_t { random, index, age, lifetime, size, location, velocity, angular_velocity };
 
 enum class LightPathField : uint8_t {
   camera,
@@ -284,7 +289,7 @@ class ProgramData {
 inline constexpr int k_max_registers = 4096;  ///< floats: 16 KiB of stack
 
 /// Widest result of an instruction, floats.
-inline constexpr int k_max_width = 8;
+inline constexpr int k_max_width = 9;
 
 /// Operands of one instruction.
 struct Arguments {
@@ -303,6 +308,10 @@ struct Arguments {
   }
 };
 
+/// Writes a computed colour. @param wide in a gamut of any width: negative channels stay
+inline void store_color(float* out, const Color& color, bool wide) {
+  for (int k = 0; k < 3; ++k) out[k] = wide ? color[k] : std::max(color[k], 0.0f);
+}
 /// The instructions of textures: texture_instructions.cpp.
 void run_texture_instruction(const ProgramData& program, const Instruction& instruction, const ShadingPoint& point,
                              const TextureSystem* textures, const Arguments& a, float* out);

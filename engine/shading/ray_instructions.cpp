@@ -94,4 +94,24 @@ Vec3 bevelled_normal(const ShadingPoint& point, float radius, int samples) {
   return point.backfacing ? -n : n;
 }
 
+Raycast cast_ray(const ShadingPoint& point, const Vec3& position, const Vec3& direction, float distance,
+                 bool own_object) {
+  Raycast result;
+  result.distance = distance;
+  const float unit = length(direction);
+  if (!point.rays || !(distance > 0.0f) || !(unit > 0.0f) || !std::isfinite(unit) || !is_finite(position))
+    return result;
+  const bool from_surface = position == point.p_world + point.origin_shift;
+  ShaderRays::Meeting met;
+  if (!point.rays->meets(point, position - point.origin_shift, direction * (1.0f / unit), distance * unit, from_surface,
+                         own_object, met))
+    return result;
+  result.hit = true;
+  result.own_object = met.own_object;
+  result.distance = met.distance_m / unit;
+  result.position = position + direction * result.distance;
+  result.normal = met.ns_world;
+  return result;
+}
+
 }  // namespace lambent

@@ -1,4 +1,4 @@
-// Nodes that look around with rays of their own: Ambient Occlusion and Bevel.
+// Nodes that look around with rays of their own: Ambient Occlusion, Bevel and Raycast.
 #pragma once
 
 #include "engine/shading/shading_point.h"
@@ -13,5 +13,15 @@ float ambient_occlusion(const ShadingPoint& point, const Vec3& n_world, float di
 /// Sampling"), which counts surfaces by a cubic falloff. The point's own for no radius, and for rays that a diffuse
 /// surface scattered.
 Vec3 bevelled_normal(const ShadingPoint& point, float radius_m, int samples);
+
+/// What the Raycast node (Blender from 5.1 on) tells; positions are the user's.
+struct Raycast {
+  bool hit = false, own_object = false;
+  float distance = 0.0f;  ///< in lengths of the direction
+  Vec3 position{0.0f}, normal{0.0f};
+};
+/// @param direction of any length, which `distance` is counted in. Nothing is hit where there are no rays.
+Raycast cast_ray(const ShadingPoint& point, const Vec3& position, const Vec3& direction, float distance,
+                 bool own_object);
 
 }  // namespace lambent

@@ -62,6 +62,12 @@ struct ViewSpace {
   Vec2 window_scale{1.0f, 1.0f}, window_offset{0.5f, 0.5f};
 };
 
+/// The particle that an instance stands for, as Blender's particle systems tell: world space, times in frames.
+struct ParticleState {
+  float index = 0.0f, age = 0.0f, lifetime = 0.0f, size = 0.0f;
+  Vec3 location{0.0f}, velocity{0.0f}, angular_velocity{0.0f};
+};
+
 struct ShadingPoint;
 
 /// Rays of programs that look around a point, as the scene traces them.
@@ -77,6 +83,15 @@ class ShaderRays {
   /// The point's own object where a segment crosses it, nearest first: how many there are, at most found.size().
   virtual int crossings(const ShadingPoint& point, const Vec3& origin_world, const Vec3& direction_world,
                         float distance_m, std::span<Crossing> found) const = 0;
+  struct Meeting {
+    float distance_m = 0.0f;
+    Vec3 ns_world{0.0f};  ///< unit, towards where the ray came from
+    bool own_object = false;
+  };
+  /// What a ray meets first within `distance_m` along a unit direction. False: nothing.
+  /// @param from_surface it starts at the point itself, which it does not meet
+  virtual bool meets(const ShadingPoint& point, const Vec3& origin_world, const Vec3& direction_world, float distance_m,
+                     bool from_surface, bool own_object, Meeting& met) const = 0;
 };
 
 /// All in world space. For surfaces; for the world and distant lights, `wi` alone is meaningful (p = -wi direction
@@ -103,6 +118,7 @@ struct ShadingPoint {
   const ShaderRays* rays = nullptr;                         ///< null: nothing is around, or the program asks for none
   uint32_t instance = 0;                                    ///< for rays
   float p_error = 0.0f;                                     ///< for rays: SurfaceHit's, m
+  const ParticleState* particle = nullptr;                  ///< null: none
   const Vec4* object_color = nullptr;                       ///< viewport colour and alpha; null: white
   Vec3 origin_shift{0.0f};                                  ///< add to p_world to get the user's world position
   std::array<AttributeValue, k_max_attributes> attributes;  ///< in the order of Program::attribute_requests()

@@ -42,9 +42,9 @@ float zenith(const float coefficients[3][4], float turbidity, float theta) {
 constexpr size_t k_preetham_floats = 21;
 
 Color rgb_from_xyz(const Color& c) {
-  return Color(std::max(0.0f, 3.2409699f * c.x - 1.5373832f * c.y - 0.4986108f * c.z),
-               std::max(0.0f, -0.9692436f * c.x + 1.8759675f * c.y + 0.0415551f * c.z),
-               std::max(0.0f, 0.0556301f * c.x - 0.2039770f * c.y + 1.0569715f * c.z));
+  return Color(3.2409699f * c.x - 1.5373832f * c.y - 0.4986108f * c.z,
+               -0.9692436f * c.x + 1.8759675f * c.y + 0.0415551f * c.z,
+               0.0556301f * c.x - 0.2039770f * c.y + 1.0569715f * c.z);
 }
 
 // --- Scattering once

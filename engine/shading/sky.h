@@ -32,8 +32,8 @@ std::vector<float> make_atmosphere_sky(const AtmosphereSky& sky);
 /// Unit direction to the sun.
 Vec3 sun_direction(float elevation_rad, float rotation_rad);
 
-/// Scene-linear radiance from direction d (need not be unit). Below the horizon the skies of Preetham and Hosek go on
-/// with the horizon's.
+/// Radiance in linear Rec. 709, negative where that cannot show it, from direction d (need not be unit). Below the
+/// horizon the skies of Preetham and Hosek go on with the horizon's.
 Color sky_radiance(const std::vector<float>& table, const Vec3& d);
 
 }  // namespace lambent

@@ -100,6 +100,37 @@ Texel texture_environment(const TextureUse& use, const TextureSystem* textures, 
   return look_up(use, textures, equirectangular(d));
 }
 
+// A grid of n³ voxels kept as n² rows of n; nothing outside.
+Vec4 voxel(const TextureUse& use, const TextureSystem* textures, int n, int x, int y, int z) {
+  if (std::min({x, y, z}) < 0 || std::max({x, y, z}) >= n) return Vec4(0.0f);
+  const auto size = static_cast<double>(n);
+  const Texel texel = look_up(use, textures,
+                              {static_cast<float>((x + 0.5) / size),
+                               static_cast<float>((static_cast<double>(z) * size + y + 0.5) / (size * size))});
+  return {texel.color.x, texel.color.y, texel.color.z, texel.alpha};
+}
+
+Vec4 voxels(const TextureUse& use, const TextureSystem* textures, const Vec3& coordinates, int n, bool closest) {
+  if (!use.texture || !textures || n < 1 || !is_finite(coordinates)) return Vec4(0.0f);
+  const Vec3 at = coordinates * static_cast<float>(n) - Vec3(closest ? 0.0f : 0.5f);
+  const auto limit = static_cast<float>(n) + 1.0f;
+  if (std::fabs(at.x) > limit || std::fabs(at.y) > limit || std::fabs(at.z) > limit) return Vec4(0.0f);
+  int low[3];
+  float t[3];
+  for (int k = 0; k < 3; ++k) {
+    low[k] = static_cast<int>(std::floor(at[k]));
+    t[k] = at[k] - std::floor(at[k]);
+  }
+  if (closest) return voxel(use, textures, n, low[0], low[1], low[2]);
+  Vec4 sum(0.0f);
+  for (int i = 0; i < 8; ++i) {
+    const int dx = i & 1, dy = i >> 1 & 1, dz = i >> 2;
+    const float weight = (dx ? t[0] : 1.0f - t[0]) * (dy ? t[1] : 1.0f - t[1]) * (dz ? t[2] : 1.0f - t[2]);
+    if (weight > 0.0f) sum += voxel(use, textures, n, low[0] + dx, low[1] + dy, low[2] + dz) * weight;
+  }
+  return sum;
+}
+
 float gradient(GradientType type, const Vec3& p) {
   switch (type) {
     case GradientType::linear:
@@ -197,6 +228,13 @@ void run_texture_instruction(const ProgramData& program, const Instruction& inst
       for (int k = 0; k < 4; ++k) out[4 + k] = result.position[k];
       break;
     }
+    case Op::voxels: {
+      const Vec4 v =
+          voxels(program.textures[instruction.data], textures, a.v(0), static_cast<int>(a.f(1)), variant != 0);
+      store(out, {v.x, v.y, v.z});
+      out[3] = v.w;
+      break;
+    }
     case Op::wave:  // vector, scale, distortion, detail, detail scale, detail roughness, phase
       *out = wave_texture(static_cast<WaveShape>(variant & 7), static_cast<WaveProfile>(variant >> 3), a.v(0) * a.f(1),
                           a.f(2), a.f(3), a.f(4), a.f(5), a.f(6));
@@ -247,7 +285,7 @@ void run_texture_instruction(const ProgramData& program, const Instruction& inst
       break;
     }
     case Op::sky:
-      store(out, sky_radiance(program.tables[instruction.data], a.v(0)));
+      store_color(out, sky_radiance(program.tables[instruction.data], a.v(0)), variant != 0);
       break;
     case Op::ies:  // vector, strength
       *out = light_profile(program.tables[instruction.data], a.v(0)) * a.f(1);

@@ -105,6 +105,33 @@ render()
     assert ids.dtype == np.uint32 and len(set(ids.tolist())) == 3
 
 
+def test_what_particles_are_travels_when_a_material_asks_for_it(run_blender):
+    script = """
+child = quad('child')
+parent = add_mesh('parent', [(0, 0, 0), (1, 0, 0), (2, 0, 0)], [])
+settings = parent.modifiers.new('p', 'PARTICLE_SYSTEM').particle_system.settings
+settings.count, settings.emit_from, settings.use_emit_random = 3, 'VERT', False
+settings.frame_start, settings.frame_end, settings.lifetime = -4, -1, 30
+settings.render_type, settings.instance_object, settings.particle_size = 'OBJECT', child, 0.5
+material, nodes, links = node_material('m')
+child.data.materials.append(material)
+scene.frame_set(1)
+{extra}
+render()
+"""
+    without = run_blender(script.format(extra=""))
+    assert not any("particles" in value for value in without.values("object").values())
+    run = run_blender(script.format(extra="nodes.new('ShaderNodeParticleInfo')"))
+    objects = run.values("object")
+    assert "particles" not in objects["child"]
+    rows = run.array(objects["parent/child"]["particles"])
+    assert rows.shape == (3, 13) and rows.dtype == np.float32
+    assert sorted(rows[:, 0].tolist()) == [0, 1, 2]
+    assert (rows[:, 1] > 0).all() and (rows[:, 1] <= 5).all()  # frames since frame -4
+    assert (rows[:, 2] == 30).all() and np.allclose(rows[:, 3], 0.5)
+    assert np.allclose(rows[:, 4:7], transforms(run, objects["parent/child"])[:, :, 3], atol=1e-4)
+
+
 def test_hidden_excluded_and_indirect_only_are_respected(run_blender):
     run = run_blender(
         """

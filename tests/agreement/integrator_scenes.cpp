@@ -376,6 +376,10 @@ std::vector<IntegratorCase> lobe_cases() {
   ball("translucent", single("BsdfTranslucent", {{"Color", rgb(0.8f, 0.5f, 0.4f)}}), k_round);
   ball("velvet", single("BsdfVelvet", {{"Color", rgb(0.8f, 0.5f, 0.4f)}, {"Sigma", 0.6f}}), k_round);
   ball("sheen", single("BsdfSheen", {{"Color", rgb(0.8f, 0.5f, 0.4f)}, {"Roughness", 0.5f}}), k_round);
+  ball(
+      "principled_hair",
+      single("BsdfHairPrincipled", {{"Color", rgb(0.6f, 0.4f, 0.3f)}, {"Roughness", 0.4f}, {"Radial Roughness", 0.6f}}),
+      k_round);
   ball("diffuse_and_translucent",
        combined("MixShader", diffuse(Color(0.8f)), single("BsdfTranslucent", {{"Color", rgb(0.8f, 0.5f, 0.4f)}})),
        k_round);

@@ -139,6 +139,32 @@ TEST(Furnace, correlated_masking_loses_less_than_separable) {
     }
 }
 
+TEST(Furnace, a_clear_hair_fibre_returns_everything_and_an_absorbing_one_what_its_estimate_says_across_it) {
+  for (const float roughness : {0.002f, 0.1f, 0.4f, 1.0f})
+    for (const float index : {1.1f, 1.55f})
+      for (const float angle : k_angles)
+        for (const float phi : {0.0f, 0.4f, 0.5f * k_pi}) {
+          Lobe lobe = make_lobe(LobeKind::hair_fibre, roughness, 0.3f);
+          lobe.tangent = {1, 0, 0};
+          lobe.param = 0.1f;
+          lobe.f0 = Color(0.0f);
+          lobe.f90 = Color(0.7f, index, 0.0f);
+          const Vec3 wi = direction(angle, phi);
+          for (const Estimate& estimate : {albedo({lobe}, wi, 1000), albedo_by_uniform_directions({lobe}, wi, 20000)}) {
+            if (roughness < 0.05f && estimate.error > 0.01f) continue;  // uniform directions miss narrow lobes
+            EXPECT_NEAR(estimate.mean.y, 1.0f, 2e-3f + 4.5f * estimate.error)
+                << roughness << " " << index << " at " << angle << " " << phi;
+          }
+          if (phi < 1.0f) continue;
+          for (const float absorption : {0.1f, 0.5f, 2.0f}) {
+            lobe.f0 = Color(absorption);
+            const Estimate dark = albedo({lobe}, wi, 1000);
+            EXPECT_NEAR(dark.mean.y, HairFibre::albedo(lobe, std::cos(angle)).y, 2e-3f + 4.5f * dark.error)
+                << roughness << " " << index << " " << angle << " " << absorption;
+          }
+        }
+}
+
 TEST(Furnace, sheen_returns_the_albedo_that_its_layer_takes) {
   for (const float roughness : {0.1f, 0.4f, 1.0f})
     for (const float angle : {0.0f, 0.7f, 1.4f}) {

@@ -57,6 +57,14 @@ inline std::vector<LobeCase> lobe_cases(float alpha) {
     lobe.param = 0.1f;
     add(name, lobe, false, kind == LobeKind::hair_transmission);
   }
+  for (const float absorption : {0.0f, 0.3f}) {
+    Lobe lobe = make_lobe(LobeKind::hair_fibre, std::sqrt(alpha), alpha);
+    lobe.tangent = {1, 0, 0};
+    lobe.param = 0.05f;
+    lobe.f0 = Color(absorption, 2.0f * absorption, 4.0f * absorption);
+    lobe.f90 = Color(0.6f, 1.55f, 0.0f);
+    add("hair_fibre absorbing " + std::to_string(absorption), lobe, false, true);
+  }
   add("translucent", make_lobe(LobeKind::translucent), true, true);
   for (const auto& [name, distribution] :
        {std::pair{"ggx", Distribution::ggx}, {"beckmann", Distribution::beckmann}, {"gtr1", Distribution::gtr1}})

@@ -83,6 +83,22 @@ TEST(Sampler, a_mixture_is_sampled_with_its_density_from_both_sides_and_in_both_
       }
 }
 
+TEST(Sampler, a_hair_fibre_is_sampled_with_its_density_from_lights_and_from_behind) {
+  const double significance = sidak_significance(12);
+  for (const float roughness : {0.2f, 0.6f})
+    for (const float angle : {0.1f, 0.9f, 2.5f})
+      for (const Transport transport : {Transport::radiance, Transport::importance}) {
+        Lobe lobe = make_lobe(LobeKind::hair_fibre, roughness, 0.8f * roughness);
+        lobe.tangent = {1, 0, 0};
+        lobe.param = -0.1f;
+        lobe.f0 = Color(0.2f);
+        lobe.f90 = Color(0.8f, 1.55f, 0.0f);
+        const ChiSquareResult result = test_density({lobe}, direction(angle, 0.9f), transport, 96);
+        EXPECT_GT(result.p_value, significance)
+            << roughness << " at " << angle << ", chi² " << result.statistic << " of " << result.degrees;
+      }
+}
+
 TEST(Sampler, a_mixture_with_a_least_share_is_sampled_with_its_density) {
   const double significance = sidak_significance(3);
   for (const float angle : {0.1f, 0.7f, 1.3f}) {

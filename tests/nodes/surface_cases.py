@@ -163,7 +163,22 @@ def add_simple_shaders():
             add_shader("BsdfHair", f"{component} roughness {roughness}",
                        {"Color": k_blue, "RoughnessU": roughness, "RoughnessV": 1.0}, component=component)  # fmt: skip
     for parametrization in items("BsdfHairPrincipled", "parametrization"):
-        add_shader("BsdfHairPrincipled", parametrization, parametrization=parametrization)
+        # Light goes through it.
+        model = {"model": "CHIANG"} if items("BsdfHairPrincipled", "model") else {}
+        add = lambda label, inputs={}, model=model, **properties: add_sheet(  # noqa: E731
+            "BsdfHairPrincipled", f"{parametrization} {label}".strip(), inputs, parametrization=parametrization, **model, **properties)  # fmt: skip
+        add("")
+        add("rough", {"Roughness": 0.8, "Radial Roughness": 0.9, "IOR": 1.4})
+        add("tilted", {"Offset": 0.2})
+        add("coat", {"Coat": 0.5})
+        pale = {
+            "COLOR": {"Color": k_blue},
+            "MELANIN": {"Melanin": 0.2, "Melanin Redness": 0.3, "Tint": k_blue, "Random Color": 0.5},
+            "ABSORPTION": {"Absorption Coefficient": (0.05, 0.1, 0.3)},
+        }[parametrization]
+        add("pale", {**pale, "Random": 0.8, "Random Roughness": 0.5})
+        if model:
+            add("Huang", model={"model": "HUANG"})
     for falloff in items("SubsurfaceScattering", "falloff"):
         add_shader("SubsurfaceScattering", falloff, {"Color": k_blue, "Scale": 0.2}, falloff=falloff)
     for kind in ("BsdfGlass", "BsdfMetallic"):
@@ -271,6 +286,74 @@ def add_principled():
                 add("BsdfPrincipled", f"{label} ({distribution})", {"Base Color": k_blue, **values}, distribution=distribution)
 
 
+def add_point_density(space, interpolation, output):
+    """A case of the density around the sphere's own vertices, as long as Blender has it."""
+    if not hasattr(bpy.types, "ShaderNodeTexPointDensity"):
+        return
+
+    def build(tree, thing):
+        node = shader(tree, "TexPointDensity", point_source="OBJECT", object=thing, resolution=12, radius=0.4, space=space,
+                      interpolation=interpolation)  # fmt: skip
+        return emitted(tree, node.outputs[output])
+
+    k_emitting.add(build)
+    k_cases.append(("TexPointDensity", f"{space} {interpolation}.{output}", build))
+
+
+def add_raycast(output, label, only_local, length, direction, from_normal):
+    """A case of an output of Raycast, from the surface along a direction, or the normal scaled by it."""
+    if not hasattr(bpy.types, "ShaderNodeRaycast"):
+        return
+
+    def build(tree, _thing):
+        node = shader(tree, "Raycast", {"Length": length}, only_local=only_local)
+        along = shader(tree, "VectorMath", {}, operation="MULTIPLY")
+        along.inputs[0].default_value, along.inputs[1].default_value = (1.0, 1.0, 1.0), direction
+        if from_normal:
+            tree.links.new(shader(tree, "NewGeometry").outputs["Normal"], along.inputs[0])
+        tree.links.new(along.outputs[0], node.inputs["Direction"])
+        scaled = shader(tree, "VectorMath", {}, operation="MULTIPLY")
+        tree.links.new(node.outputs[output], scaled.inputs[0])
+        scaled.inputs[1].default_value = (0.2, 0.2, 0.2)
+        return emitted(tree, scaled.outputs[0])
+
+    k_emitting.add(build)
+    k_cases.append(("Raycast", f"{label}{' own' if only_local else ''}.{output}", build))
+
+
+def add_particles(output):
+    """A case of an output of Particle Info on what particles show: 9 of them, born before the picture, take the sphere's place."""
+
+    def build(tree, thing):
+        thing.hide_render = True
+        scene = bpy.context.scene
+        drop = bpy.data.objects.new("drop", thing.data.copy())
+        drop.location = (0.0, 0.0, -100.0)
+        emitter = bpy.data.objects.new("emitter", bpy.data.meshes.new("emitter"))
+        emitter.data.from_pydata([(x, y, 0.0) for x in (-0.6, 0.0, 0.6) for y in (-0.6, 0.0, 0.6)], [], [])
+        emitter.location = thing.location
+        for made in (drop, emitter):
+            scene.collection.objects.link(made)
+        emitter.show_instancer_for_render = False
+        settings = emitter.modifiers.new("particles", "PARTICLE_SYSTEM").particle_system.settings
+        settings.count, settings.emit_from, settings.use_emit_random = 9, "VERT", False
+        settings.frame_start, settings.frame_end, settings.lifetime, settings.lifetime_random = -8, -1, 40, 0.5
+        settings.normal_factor, settings.factor_random, settings.effector_weights.gravity = 0.5, 0.8, 0.0
+        settings.particle_size, settings.size_random = 0.3, 0.4
+        settings.use_rotations, settings.angular_velocity_mode, settings.angular_velocity_factor = True, "RAND", 0.7
+        settings.render_type, settings.instance_object = "OBJECT", drop
+        drop.material_slots[0].link = "OBJECT"
+        drop.material_slots[0].material = next(m for m in bpy.data.materials if m.node_tree == tree)
+        value = shader(tree, "ParticleInfo").outputs[output]
+        scaled = shader(tree, "VectorMath", {}, operation="MULTIPLY")
+        tree.links.new(value, scaled.inputs[0])
+        scaled.inputs[1].default_value = (0.05, 0.05, 0.05)
+        return emitted(tree, scaled.outputs[0])
+
+    k_emitting.add(build)
+    k_cases.append(("ParticleInfo", f"of particles.{output}", build))
+
+
 def add_inputs():
     for output in ("Position", "Normal", "Tangent", "True Normal", "Incoming", "Parametric", "Backfacing", "Pointiness",
                    "Random Per Island"):  # fmt: skip
@@ -285,6 +368,7 @@ def add_inputs():
         add_value("HairInfo", output)
     for output in ("Index", "Random", "Age", "Lifetime", "Location", "Size", "Velocity", "Angular Velocity"):
         add_value("ParticleInfo", output)
+        add_particles(output)
     for output in ("Position", "Radius", "Random"):
         add_value("PointInfo", output)
     for index in (1.45, 0.7, 1.0):
@@ -311,6 +395,14 @@ def add_inputs():
     for pixels in (False, True):
         add_value("Wireframe", "Fac", "in pixels" if pixels else "", {"Size": 2.0 if pixels else 0.05}, use_pixel_size=pixels)
     add_value("Bevel", "Normal", "", {"Radius": 0.1})
+    for space in items("TexPointDensity", "space"):
+        for interpolation in ("Linear", "Closest"):
+            for output in ("Density", "Color"):
+                add_point_density(space, interpolation, output)
+    for output in ("Is Hit", "Self Hit", "Hit Distance", "Hit Position", "Hit Normal"):
+        for own in (False, True):
+            add_raycast(output, "inwards", own, 3.0, (-1.0, -1.0, -1.0), from_normal=True)
+            add_raycast(output, "sideways", own, 2.5, (0.9, 0.1, 0.1), from_normal=False)
     add_value("AmbientOcclusion", "AO")
     for kind in items("VectorTransform", "vector_type"):
         for source in items("VectorTransform", "convert_from"):
@@ -341,7 +433,9 @@ def add_normals():
     for space in items("NormalMap", "space"):
         for strength in (1.0, 0.4):
 
-            def normal_map(tree, _thing, space=space, strength=strength):
+            def normal_map(tree, thing, space=space, strength=strength):
+                # Where a normal points into the surface, Cycles from 4.5 on lets it be lit from below: not through a solid.
+                thing.visible_shadow = True
                 node = shader(tree, "NormalMap", {"Color": (0.7, 0.4, 0.9, 1.0), "Strength": strength}, space=space)
                 return shader(tree, "BsdfDiffuse", {"Normal": node.outputs[0]}).outputs[0]
 

@@ -220,6 +220,12 @@ def color_management_path():
     return path if os.path.isfile(path) else ""
 
 
+def working_space():
+    """The colour space of that configuration that colours are in where the file may choose (from 5.0 on), else ""."""
+    chosen = getattr(bpy.data, "colorspace", None)
+    return chosen.working_space if chosen is not None else ""
+
+
 def _vectors(collection, name):
     values = np.empty(len(collection) * 3, np.float32)
     collection.foreach_get(name, values)

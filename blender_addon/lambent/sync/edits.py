@@ -39,7 +39,7 @@ class SceneEdits:
     """One look at a scene. put() every datablock that is in it, then take edits() and arrays to the daemon.
 
     arrays: {hash: wire array} that changed datablocks use. messages: what is to be told to the user, as the protocol has it.
-    aovs: names of the shader AOVs that are rendered. mattes: the names of what was put by kind of Cryptomatte.
+    aovs: names of the shader AOVs that are rendered. depsgraph: what is being looked at, while it is. mattes: the names of what was put by kind of Cryptomatte.
     """
 
     def __init__(self, state, aovs=frozenset()):
@@ -51,6 +51,7 @@ class SceneEdits:
         self.arrays = {}
         self.messages = []
         self.aovs = aovs
+        self.depsgraph = None
         self.mattes = {"object": set(), "material": set(), "asset": set()}
 
     def array(self, values):

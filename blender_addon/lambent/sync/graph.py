@@ -10,7 +10,7 @@ socket is one of those that default to something of the surface (normals, textur
 
 import bpy
 
-from . import compat, node_properties, udim
+from . import compat, node_properties, point_density, udim
 
 _FOLDED_CONSTANTS = ("ShaderNodeValue", "ShaderNodeRGB")
 # Blender allows no group inside itself; a file that holds one all the same ends here.
@@ -142,6 +142,8 @@ class GraphBuilder:
             if value is not None:
                 inputs[socket.identifier] = value
         properties = node_properties.read(node, self._images, self._edits, self._owner_name)
+        if node.bl_idname == "ShaderNodeTexPointDensity":
+            point_density.export(self._edits, self._edits.depsgraph, node, self._owner_name, properties)
         self._map_inside(node, inputs, properties)
         if node.bl_idname == "ShaderNodeTexImage" and node.image is not None and node.image.source == "TILED":
             return self._tiled_image(key, node, inputs, properties)
@@ -244,7 +246,8 @@ def _as_color(value):
 
 def _own_value(socket):
     """The value that an input has where nothing arrives, or None where the node has a default of its own (normals, coordinates)."""
-    hidden = socket.hide_value
+    # Hidden numbers (a hair's Random) have values all the same.
+    hidden = socket.hide_value and socket.type not in _NUMBERS
     if hidden and socket.is_linked:
         # By a muted link, then. Blender 5 hides the values of all linked inputs.
         hidden = socket.type == "VECTOR" and (

@@ -11,7 +11,7 @@ object that Blender hands out is valid only until the next step.
 import bpy
 import numpy as np
 
-from . import instances, light, light_linking, material, mesh
+from . import compat, instances, light, light_linking, material, mesh, particles
 
 _CONVERTIBLE = ("MESH", "CURVE", "SURFACE", "FONT", "META")
 _NOT_RENDERED = {
@@ -56,7 +56,9 @@ class ObjectExporter:
         materials = bpy.data.materials
         self._attribute_names = material.attribute_names(materials)
         self._object_attribute_names = material.object_attribute_names(materials)
-        self._random_ids = material.any_node(materials, ("ShaderNodeObjectInfo", "ShaderNodeParticleInfo"))
+        self._random_ids = material.any_node(materials, ("ShaderNodeObjectInfo",))
+        asked = material.any_node(materials, ("ShaderNodeParticleInfo",))
+        self._particles = particles.Particles(depsgraph.scene_eval) if asked else None
 
     def export(self, should_stop):
         """Exports everything; what fails is reported by the object's name. Raises Interrupted."""
@@ -100,6 +102,8 @@ class ObjectExporter:
                     groups.append(None)
                 else:
                     groups.append(self._guarded(self._begin, found, owner, parent))
+            if self._particles is not None:
+                self._particles.add(len(group_of_instance), instance)
             group_of_instance.append(group)
         if stopped:
             raise Interrupted()
@@ -276,6 +280,9 @@ class ObjectExporter:
                     value["motion"] = moved
             if random_ids is not None:
                 value["random_ids"] = self._edits.array(random_ids[chosen])
+            rows = self._particles.of(chosen.tolist()) if self._particles is not None and "mesh" in value else None
+            if rows is not None:
+                value["particles"] = self._edits.array(rows)
             self._edits.put("object", identifier, value)
 
 

@@ -52,6 +52,7 @@ def export_scene(depsgraph, state, view, should_stop, keep_mesh=lambda identifie
         raise NothingToRender(f"scene '{scene.name}' has no camera: add one, or choose one in the scene properties")
     wanted = wanted_passes(scene, view_layer, view)
     edits = SceneEdits(state, passes.aov_names(wanted))
+    edits.depsgraph = depsgraph
     _report_unsupported(edits, scene, view_layer, view)
     camera_id = _export_camera(edits, view)
     mattes = passes.mattes(wanted, view_layer)
@@ -65,6 +66,7 @@ def export_scene(depsgraph, state, view, should_stop, keep_mesh=lambda identifie
             name = shown_world.name_full
             edits.report("error", "export_failed", name, f"{name}: could not be exported; there is no world light: {error!r}")
     settings.export_settings(edits, scene, view_layer, view, camera_id, world_id, wanted, shown_world)
+    edits.depsgraph = None
     return edits
 
 

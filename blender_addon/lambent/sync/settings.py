@@ -109,6 +109,8 @@ def export_settings(edits, scene, view_layer, view, camera, world, wanted_passes
     color_management = compat.color_management_path()
     if color_management and view.local_daemon:
         value["ocio_config"] = color_management
+        if compat.working_space():
+            value["working_space"] = compat.working_space()
     edits.put("settings", "render", value)
 
 

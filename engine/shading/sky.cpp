@@ -2,6 +2,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include "engine/shading/hosek_sky.h"
 #include "engine/shading/spectral_atmosphere.h"
 
 namespace lambent {

@@ -79,10 +79,10 @@ std::shared_ptr<const Program> SceneBuilder::State::displacement(Build& build, c
   const auto [entry, added] = displacements.try_emplace(found->second.get());
   if (added) {
     entry->second.source = found->second;
-    const ShaderGraph graph = shader_graph(found->second->graph);
+    const ShaderGraph asked = graph(found->second->graph);
     Report unread;  // the surface's program reports what both read
-    Report& report = graph.displacement_method == DisplacementMethod::both ? unread : entry->second.report;
-    std::shared_ptr<const Program> made = compile_displacement(graph, found->second->name, resolver(build), report);
+    Report& report = asked.displacement_method == DisplacementMethod::both ? unread : entry->second.report;
+    std::shared_ptr<const Program> made = compile_displacement(asked, found->second->name, resolver(build), report);
     for (const auto& [mesh, list] : displaced_meshes)
       for (const auto& one : list)
         for (const auto& known : one->programs)

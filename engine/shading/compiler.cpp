@@ -339,6 +339,7 @@ void Compiler::add_closure(ClosureUse use, const Value& weight, const std::vecto
   if (expressions_.is_number(weight, 0.0f)) return;
   use.parameter_count = static_cast<int>(parameters.size());
   use.bumped_by_displacement = use.has_normal && has_bumped_normal() && normals[0] == bumped_normal_;
+  use.has_shading_normal = use.has_normal && has_bumped_normal() && !use.bumped_by_displacement;
   bool constant = true;
   float values[k_max_closure_parameters] = {};
   for (size_t i = 0; i < parameters.size(); ++i) {
@@ -378,6 +379,7 @@ void Compiler::add_closure(ClosureUse use, const Value& weight, const std::vecto
   const auto index = static_cast<uint32_t>(program_->closures.size());
   std::vector<Value> operands{weight};
   operands.insert(operands.end(), normals.begin(), normals.end());
+  if (use.has_shading_normal) operands.push_back(bumped_normal_);
   operands.insert(operands.end(), parameters.begin(), parameters.end());
   program_->traits.may_be_transparent |= use.may_be_transparent;
   if (use.may_be_transparent) transparency_.push_back({index, operands});

@@ -277,6 +277,28 @@ TEST(Compiler, a_displacement_acts_as_bump_on_every_closure) {
   EXPECT_NEAR(compiled.bsdf(point).lobes()[0].n.y, -std::sqrt(0.5f), 1e-3f);
 }
 
+TEST(Compiler, a_displacement_shadows_closures_that_have_normals_of_their_own) {
+  ShaderGraph graph = make_graph(
+      {make_node("TexCoord"), make_node("SeparateXYZ", {{"Vector", GraphLink{0, "Object"}}}),
+       make_node("Displacement", {{"Height", GraphLink{1, "Y"}}, {"Scale", 1.0f}}),
+       make_node("NormalMap", {{"Color", GraphNumbers{0.5f, 0.5f, 1.0f}}}, {{"space", std::string("WORLD")}}),
+       make_node("BsdfDiffuse", {{"Normal", GraphLink{3, "Normal"}}})});
+  const Compiled smooth(graph);
+  graph.displacement = GraphLink{2, "Displacement"};
+  const Compiled bumped(graph);
+  ShadingPoint point;
+  point.wi_world = normalize(Vec3(0, -0.5f, 0.9f));
+  point.dpdx_world = {1e-3f, 0, 0};
+  point.dpdy_world = {0, 1e-3f, 0};
+  EXPECT_EQ(smooth.bsdf(point).lobes()[0].n, bumped.bsdf(point).lobes()[0].n);
+  const auto towards = [&](const Compiled& compiled, const Vec3& light) {
+    return compiled.bsdf(point).eval(point.wi_world, normalize(light), Transport::radiance).f_cos.x;
+  };
+  // The bump looks towards -Y: light from there is as without it, light from beyond it is dimmed.
+  EXPECT_NEAR(towards(bumped, {0, -0.7f, 0.7f}), towards(smooth, {0, -0.7f, 0.7f}), 1e-3f);
+  EXPECT_LT(towards(bumped, {0, 0.6f, 0.8f}), 0.7f * towards(smooth, {0, 0.6f, 0.8f}));
+}
+
 TEST(Compiler, coordinates_of_the_object_do_not_depend_on_how_far_the_scene_was_moved) {
   // Positions and transforms are both relative to the shift.
   ShaderGraph coordinates, location;

@@ -59,6 +59,10 @@ void add_closure(const ProgramData& program, const Instruction& instruction, con
   // One that looks away stays bent where a lobe has to be on the side of the view.
   const bool looks_away = dot(diffuse_normal, point.wi_world) <= 0.0f;
   if (use.has_tangent) tangent = vector_at(program, registers, *operand++);
+  if (use.has_shading_normal) {
+    const Vec3 bumped = vector_at(program, registers, *operand++);
+    if (is_finite(bumped) && length_squared(bumped) > 0.0f) sink.bsdf.set_shading_normal(normalize(bumped));
+  }
 
   const auto add = [&](const LobeTemplates& templates, bool sanitized) {
     if (!is_black(templates.emission)) sink.bsdf.add_emission(templates.emission * weight);
@@ -103,14 +107,15 @@ Color sum_closure(const ProgramData& program, const Instruction& instruction, co
   const Operand* operand = program.operands.data() + instruction.operands;
   const float weight = *at(program, registers, *operand++);
   if (!(weight > 0.0f)) return Color(0.0f);
-  operand += use.has_normal + use.has_coat_normal + use.has_tangent;
+  operand += use.has_normal + use.has_coat_normal + use.has_tangent + use.has_shading_normal;
   float parameters[k_max_closure_parameters];
   for (int i = 0; i < use.parameter_count; ++i) parameters[i] = *at(program, registers, operand[i]);
   Color color(parameters[0], parameters[1], parameters[2]);
   if (use.kind == ClosureKind::principled_2) {
     LobeTemplates made;
     Vec3 n = use.has_normal
-                 ? vector_at(program, registers, operand[-use.has_normal - use.has_coat_normal - use.has_tangent])
+                 ? vector_at(program, registers,
+                             operand[-use.has_normal - use.has_coat_normal - use.has_tangent - use.has_shading_normal])
                  : point.ns_world;
     make_lobes(use.kind, use.model, parameters, point.backfacing, std::fabs(dot(n, point.wi_world)), made);
     color = made.emission;

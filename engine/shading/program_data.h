@@ -245,9 +245,10 @@ struct ClosureUse {
   GlossModel model = GlossModel::ggx;
   bool has_normal = false, has_coat_normal = false, has_tangent = false;
   bool bumped_by_displacement = false;  ///< its normal is the displacement's bump
+  bool has_shading_normal = false;      ///< it has a normal of its own, and there is the displacement's bump besides
   bool raw_diffuse_normal =
       false;  ///< only lobes that mirror have their normals bent towards the view (Cycles from 4.0)
-  /// Operands: weight, then normal, coat normal, tangent as present, then one per parameter (floats).
+  /// Operands: weight, then normal, coat normal, tangent, shading normal as present, then one per parameter (floats).
   bool constant = false;            ///< parameters are: `front` and `back` are ready
   bool may_be_transparent = false;  ///< some of its lobes may be transparent
   LobeTemplates front, back;

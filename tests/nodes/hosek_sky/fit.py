@@ -7,7 +7,8 @@ Needs python3-scipy. For each whole turbidity, black and white ground and each o
 coefficients of the formula are in exponents and powers, the others are linear), then all elevations together, each coefficient
 a polynomial of degree 5 over the cube root of the elevation. That leaves the factor of the whole free by a constant, which the
 skies between two turbidities or grounds tell, where the coefficients and the factor are mixed apart. Ends with the errors of
-the skies by chance.
+the skies by chance: which of several fits alike is found depends on where it began. A plain run was within 3% (turbidity 4.5,
+low sun) and mostly within 0.3%; the table in the tree came from the same fits in another order, and is within 0.17% throughout.
 """
 
 import math

@@ -107,16 +107,14 @@ Color sum_closure(const ProgramData& program, const Instruction& instruction, co
   const Operand* operand = program.operands.data() + instruction.operands;
   const float weight = *at(program, registers, *operand++);
   if (!(weight > 0.0f)) return Color(0.0f);
+  const Operand* const normal = operand;
   operand += use.has_normal + use.has_coat_normal + use.has_tangent + use.has_shading_normal;
   float parameters[k_max_closure_parameters];
   for (int i = 0; i < use.parameter_count; ++i) parameters[i] = *at(program, registers, operand[i]);
   Color color(parameters[0], parameters[1], parameters[2]);
   if (use.kind == ClosureKind::principled_2) {
     LobeTemplates made;
-    Vec3 n = use.has_normal
-                 ? vector_at(program, registers,
-                             operand[-use.has_normal - use.has_coat_normal - use.has_tangent - use.has_shading_normal])
-                 : point.ns_world;
+    Vec3 n = use.has_normal ? vector_at(program, registers, *normal) : point.ns_world;
     make_lobes(use.kind, use.model, parameters, point.backfacing, std::fabs(dot(n, point.wi_world)), made);
     color = made.emission;
     if (ask == Ask::transparency) {

@@ -325,7 +325,7 @@ std::vector<float> make_preetham_sky(const Vec3& sun_direction, float turbidity)
   return table;
 }
 
-Color sky_radiance_of_any_gamut(const std::vector<float>& table, const Vec3& d_in) {
+Color sky_radiance(const std::vector<float>& table, const Vec3& d_in) {
   const Vec3 d = normalize(d_in);
   if (table.size() == k_hosek_floats) {
     const std::array<float, 3> xyz = hosek_xyz(table, d);

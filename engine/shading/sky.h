@@ -3,7 +3,6 @@
 // Liñán 2022 (spectral_atmosphere.h).
 #pragma once
 
-#include <algorithm>
 #include <vector>
 
 #include "engine/base/vec.h"
@@ -35,11 +34,6 @@ Vec3 sun_direction(float elevation_rad, float rotation_rad);
 
 /// Radiance in linear Rec. 709, negative where that cannot show it, from direction d (need not be unit). Below the
 /// horizon the skies of Preetham and Hosek go on with the horizon's.
-Color sky_radiance_of_any_gamut(const std::vector<float>& table, const Vec3& d);
-/// The same without what is negative.
-inline Color sky_radiance(const std::vector<float>& table, const Vec3& d) {
-  const Color c = sky_radiance_of_any_gamut(table, d);
-  return {std::max(c.x, 0.0f), std::max(c.y, 0.0f), std::max(c.z, 0.0f)};
-}
+Color sky_radiance(const std::vector<float>& table, const Vec3& d);
 
 }  // namespace lambent

@@ -285,7 +285,7 @@ void run_texture_instruction(const ProgramData& program, const Instruction& inst
       break;
     }
     case Op::sky:
-      store_color(out, sky_radiance_of_any_gamut(program.tables[instruction.data], a.v(0)), variant != 0);
+      store_color(out, sky_radiance(program.tables[instruction.data], a.v(0)), variant != 0);
       break;
     case Op::ies:  // vector, strength
       *out = light_profile(program.tables[instruction.data], a.v(0)) * a.f(1);

@@ -108,6 +108,28 @@ class LAMBENT_VIEWLAYER_PT_passes_own(_LayerPanel, bpy.types.Panel):
         column_of("Debug", ("error", "time"))
 
 
+def _add(context, items, active, base):
+    """Adds to a list of the layer's passes, under a name that no other there has, and chooses what it added."""
+    chosen = context.view_layer.lambent
+    listed = getattr(chosen, items)
+    names, number = {item.name for item in listed}, 1
+    while f"{base} {number}" in names:
+        number += 1
+    listed.add().name = f"{base} {number}"
+    setattr(chosen, active, len(listed) - 1)
+    return {"FINISHED"}
+
+
+def _remove(context, items, active):
+    """Removes the chosen one of a list of the layer's passes, and chooses the one before."""
+    chosen = context.view_layer.lambent
+    number = getattr(chosen, active)
+    getattr(chosen, items).remove(number)
+    setattr(chosen, active, max(number - 1, 0))
+    context.view_layer.update_render_passes()
+    return {"FINISHED"}
+
+
 class LAMBENT_UL_light_paths(bpy.types.UIList):
     """Names and expressions."""
 
@@ -127,13 +149,7 @@ class LAMBENT_OT_light_path_add(bpy.types.Operator):
 
     def execute(self, context):
         """Adds it under a name that no other of them has."""
-        chosen = context.view_layer.lambent
-        names, number = {path.name for path in chosen.light_paths}, 1
-        while f"Light Path {number}" in names:
-            number += 1
-        chosen.light_paths.add().name = f"Light Path {number}"
-        chosen.active_light_path = len(chosen.light_paths) - 1
-        return {"FINISHED"}
+        return _add(context, "light_paths", "active_light_path", "Light Path")
 
 
 class LAMBENT_OT_light_path_remove(bpy.types.Operator):
@@ -146,16 +162,11 @@ class LAMBENT_OT_light_path_remove(bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         """Whether there is one."""
-        chosen = context.view_layer.lambent
-        return chosen.active_light_path < len(chosen.light_paths)
+        return context.view_layer.lambent.active_light_path < len(context.view_layer.lambent.light_paths)
 
     def execute(self, context):
         """Removes it and chooses the one before."""
-        chosen = context.view_layer.lambent
-        chosen.light_paths.remove(chosen.active_light_path)
-        chosen.active_light_path = max(chosen.active_light_path - 1, 0)
-        context.view_layer.update_render_passes()
-        return {"FINISHED"}
+        return _remove(context, "light_paths", "active_light_path")
 
 
 class LAMBENT_UL_mattes(bpy.types.UIList):
@@ -179,13 +190,7 @@ class LAMBENT_OT_matte_add(bpy.types.Operator):
 
     def execute(self, context):
         """Adds it under a name that no other of them has."""
-        chosen = context.view_layer.lambent
-        names, number = {matte.name for matte in chosen.mattes}, 1
-        while f"Matte {number}" in names:
-            number += 1
-        chosen.mattes.add().name = f"Matte {number}"
-        chosen.active_matte = len(chosen.mattes) - 1
-        return {"FINISHED"}
+        return _add(context, "mattes", "active_matte", "Matte")
 
 
 class LAMBENT_OT_matte_remove(bpy.types.Operator):
@@ -198,16 +203,11 @@ class LAMBENT_OT_matte_remove(bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         """Whether there is one."""
-        chosen = context.view_layer.lambent
-        return chosen.active_matte < len(chosen.mattes)
+        return context.view_layer.lambent.active_matte < len(context.view_layer.lambent.mattes)
 
     def execute(self, context):
         """Removes it and chooses the one before."""
-        chosen = context.view_layer.lambent
-        chosen.mattes.remove(chosen.active_matte)
-        chosen.active_matte = max(chosen.active_matte - 1, 0)
-        context.view_layer.update_render_passes()
-        return {"FINISHED"}
+        return _remove(context, "mattes", "active_matte")
 
 
 class LAMBENT_VIEWLAYER_PT_passes_mattes(_LayerPanel, bpy.types.Panel):

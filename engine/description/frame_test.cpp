@@ -71,6 +71,20 @@ TEST(Frame, deep_and_crowded_json_is_refused_before_it_is_parsed) {
   EXPECT_TRUE(parse_json("[1,2,3,4]", {64, 5}));
 }
 
+TEST(Frame, parsing_ends_early_when_its_value_is_abandoned) {
+  std::string text = "[0";
+  for (int i = 0; i < 1000000; ++i) text += ",1";
+  text += "]";
+  std::atomic<bool> abandoned{false};
+  JsonLimits limits;
+  limits.abandoned = &abandoned;
+  const Result<Json> whole = parse_json(text, limits);
+  ASSERT_TRUE(whole);
+  EXPECT_EQ(whole->size(), 1000001u);
+  abandoned = true;
+  EXPECT_FALSE(parse_json(text, limits));
+}
+
 TEST(Frame, text_that_is_not_utf8_is_written_with_replacements) {
   EXPECT_EQ(json_text({{"name", "a\xff"}}), "{\"name\":\"a\xef\xbf\xbd\"}");
 }

@@ -1,5 +1,8 @@
 #include "engine/description/json_text.h"
 
+#include <cstdint>
+#include <iterator>
+
 namespace lambent {
 namespace {
 
@@ -41,12 +44,43 @@ std::string over_limit(std::string_view text, const JsonLimits& limits) {
   return {};
 }
 
+/// A text that ends early when nobody wants its value any more.
+class AbandonableText {
+ public:
+  using iterator_category = std::input_iterator_tag;
+  using value_type = char;
+  using difference_type = std::ptrdiff_t;
+  using pointer = const char*;
+  using reference = const char&;
+
+  AbandonableText(const char* at, const std::atomic<bool>* abandoned) : at_(at), abandoned_(abandoned) {}
+  reference operator*() const { return *at_; }
+  AbandonableText& operator++() {
+    ++at_;
+    return *this;
+  }
+  AbandonableText operator++(int) { return {at_++, abandoned_}; }
+  bool operator==(const AbandonableText& end) const {
+    constexpr uintptr_t k_stride = 4096;  // bytes between looks
+    if (reinterpret_cast<uintptr_t>(at_) % k_stride == 0 && abandoned_ && abandoned_->load(std::memory_order_relaxed))
+      return true;
+    return at_ == end.at_;
+  }
+  bool operator!=(const AbandonableText& end) const { return !(*this == end); }
+
+ private:
+  const char* at_;
+  const std::atomic<bool>* abandoned_;
+};
+
 }  // namespace
 
 Result<Json> parse_json(std::string_view text, const JsonLimits& limits) {
   if (std::string problem = over_limit(text, limits); !problem.empty())
     return Error{"The JSON text is over the limit: " + problem + "."};
-  Json value = Json::parse(text.begin(), text.end(), nullptr, /*allow_exceptions=*/false);
+  Json value = Json::parse(AbandonableText(text.data(), limits.abandoned),
+                           AbandonableText(text.data() + text.size(), limits.abandoned), nullptr,
+                           /*allow_exceptions=*/false);
   if (value.is_discarded()) return Error{"The text is not JSON in UTF-8 (or holds a number that is not finite)."};
   return value;
 }

@@ -99,7 +99,9 @@ void SessionRunner::handle(Work& work) {
 }
 
 void SessionRunner::handle_text(Work& work, std::string text) {
-  Result<Json> header = decode_frame_header(text);
+  JsonLimits limits;
+  limits.abandoned = &retired_;
+  Result<Json> header = decode_frame_header(text, limits);
   if (!header) {
     loop_.post([weak = output_, message = header.error()] {
       if (const auto output = weak.lock()) output->fail("malformed", message);

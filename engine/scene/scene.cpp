@@ -69,7 +69,8 @@ void Scene::fill_shading_point(const SurfaceHit& hit, const SurfaceBinding& bind
     at.dx = barycentric_change(point.dpdx_world, hit.dpdu_world, hit.dpdv_world);
     at.dy = barycentric_change(point.dpdy_world, hit.dpdu_world, hit.dpdv_world);
   }
-  fill_attributes(at, requests, binding.attributes, object_values_, differentials, point);
+  const std::span<const Vec4> object_values = std::span(object_values_).subspan(binding.first_object_value);
+  fill_attributes(at, requests, binding.attributes, object_values, differentials, point);
 }
 
 Color Scene::environment(const Vec3& direction_world, const PathCounts& counts) const {

@@ -25,6 +25,7 @@ namespace lambent {
 struct SurfaceBinding {
   std::shared_ptr<const Program> program;
   AttributeIndices attributes{};
+  uint32_t first_object_value = 0;  ///< where Scene's values for the requests of kind object begin
   uint32_t material_pass_index = 0;
   float material_id = 0.0f;       ///< name_id of the material, if some pass asks for it
   bool samples_emission = false;  ///< its triangles are in the LightSet
@@ -198,7 +199,7 @@ class Scene {
   std::vector<std::shared_ptr<const TriangleMesh>> meshes_;  ///< keeps those of geometry_ alive
   std::vector<InstanceShading> instances_;
   std::vector<SurfaceBinding> bindings_;
-  std::vector<Vec4> object_values_;        ///< what bindings' requests of kind object read
+  std::vector<Vec4> object_values_;        ///< what requests of kind object read, binding after binding
   std::vector<Vec4> object_colors_;        ///< by object_index
   std::vector<ParticleState> particles_;   ///< by instance; empty if no program asks or no instance is a particle
   std::vector<ObjectIds> object_ids_;      ///< by object_index

@@ -42,6 +42,14 @@ Vec3d choose_origin_shift(const Bounds3& bounds) {
   return Vec3d(Vec3(center));  // a float value: exact to add and subtract
 }
 
+/// Appends a binding's values unless they are those added last; returns where they begin.
+uint32_t add_object_values(const std::vector<Vec4>& added, std::vector<Vec4>& values) {
+  const bool known = values.size() >= added.size() &&
+                     std::equal(added.begin(), added.end(), values.end() - std::ptrdiff_t(added.size()));
+  if (!known) values.insert(values.end(), added.begin(), added.end());
+  return static_cast<uint32_t>(values.size() - added.size());
+}
+
 }  // namespace
 
 /// Starts a texture system if the colour configuration changed, and forgets programs made with images that changed.
@@ -231,13 +239,17 @@ uint32_t SceneBuilder::State::bind_materials(Build& build, const description::Ob
         if (build.ids) binding.material_id = name_id(found->second->name);
       }
     }
-    binding.attributes = bind_attributes(build, *binding.program, object, mesh);
+    std::vector<Vec4> values;
+    binding.attributes = bind_attributes(*binding.program, object, mesh, values);
+    binding.first_object_value = add_object_values(values, build.scene->object_values_);
   }
   return first;
 }
 
-AttributeIndices SceneBuilder::State::bind_attributes(Build& build, const Program& program,
-                                                      const description::Object& object, const TriangleMesh& mesh) {
+/// Which of the mesh's attributes the program's requests read. `object_values`: appended are the object's own that it
+/// reads, whose indices count from 0.
+AttributeIndices SceneBuilder::State::bind_attributes(const Program& program, const description::Object& object,
+                                                      const TriangleMesh& mesh, std::vector<Vec4>& object_values) {
   const std::span<const AttributeRequest> requests = program.attribute_requests();
   AttributeIndices indices;
   indices.fill(-1);
@@ -251,12 +263,8 @@ AttributeIndices SceneBuilder::State::bind_attributes(Build& build, const Progra
         break;
       case AttributeRequest::Kind::object:
         if (const auto value = object.attributes.find(request.name); value != object.attributes.end()) {
-          std::vector<Vec4>& values = build.scene->object_values_;
-          const Vec4 v(value->second[0], value->second[1], value->second[2], value->second[3]);
-          const auto known = std::find(values.begin(), values.end(), v);
-          if (known - values.begin() <= std::numeric_limits<int16_t>::max())
-            index = static_cast<int>(known - values.begin());
-          if (known == values.end() && index >= 0) values.push_back(v);
+          index = static_cast<int>(object_values.size());
+          object_values.emplace_back(value->second[0], value->second[1], value->second[2], value->second[3]);
         }
         break;
       case AttributeRequest::Kind::uv:

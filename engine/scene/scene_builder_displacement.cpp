@@ -146,10 +146,12 @@ void SceneBuilder::State::displace(Build& build, const description::Object& obje
   const std::vector<Vec3> directions = displacement_directions(mesh, corners, displaced.corner_normals);
   if (build.cancel.cancelled()) return;
   std::vector<AttributeIndices> attributes(slots);
+  std::vector<std::vector<Vec4>> object_values(slots);
   for (size_t slot = 0; slot < slots; ++slot)
     if (displaced.programs[slot] && !fetch_images(build, *displaced.programs[slot])) return;
   for (size_t slot = 0; slot < slots; ++slot)
-    if (displaced.programs[slot]) attributes[slot] = bind_attributes(build, *displaced.programs[slot], object, mesh);
+    if (displaced.programs[slot])
+      attributes[slot] = bind_attributes(*displaced.programs[slot], object, mesh, object_values[slot]);
 
   ShadingPoint common;
   common.wi_world = Vec3(0.0f);
@@ -180,7 +182,7 @@ void SceneBuilder::State::displace(Build& build, const description::Object& obje
     point.material_pass_index = material ? static_cast<uint32_t>(material->pass_index) : 0u;
     const Program& program = *displaced.programs[slot];
     fill_attributes({mesh, triangle, point.barycentric, mirrored}, program.attribute_requests(), attributes[slot],
-                    build.scene->object_values_, true, point);
+                    object_values[slot], true, point);
     const Vec3 moved = p_object + program.displacement(point, textures.get());
     if (usable(moved))
       for (int i = 0; i < 3; ++i) positions[3 * size_t(vertex) + static_cast<size_t>(i)] = moved[i];

@@ -116,8 +116,8 @@ struct SceneBuilder::State {
     return found == build.displaced.end() ? mesh(source) : found->second;
   }
   void place_objects(Build& build);
-  static AttributeIndices bind_attributes(Build& build, const Program& program, const description::Object& object,
-                                          const TriangleMesh& mesh);
+  static AttributeIndices bind_attributes(const Program& program, const description::Object& object,
+                                          const TriangleMesh& mesh, std::vector<Vec4>& object_values);
   uint32_t bind_materials(Build& build, const description::Object& object, const TriangleMesh& mesh);
   void add_instances(Build& build);
   void add_motion(Build& build);  ///< scene_motion.cpp

@@ -89,7 +89,8 @@ Term eval_term(const Lobe& lobe, BumpShadowing rule, const Vec3& ng, const Vec3&
     value = eval_lobe(lobe, frame.to_local(wi), frame.to_local(wo), camera_is_wi);
   }
   // Reflection stays on the smooth surface's side. A direction below the facet is evaluated (the terminator of coarse
-  // meshes is not cut), but sample() never makes it.
+  // meshes is not cut), but sample() never makes it: no technique is there to share sharp highlights with, so they are
+  // held down to what a lobe as wide as a steradian has. Cycles weighs them as if sample() made them.
   if ((dot(ns, wo) > 0.0f) != reflected && lobe.kind != LobeKind::hair_fibre) return term;
   const bool sampled = (dot(ng, wi) * dot(ng, wo) > 0.0f) == reflected;
   term.f_cos = lobe.weight * value.f_cos;
@@ -97,6 +98,9 @@ Term eval_term(const Lobe& lobe, BumpShadowing rule, const Vec3& ng, const Vec3&
   if (sampled) {
     term.pdf = value.pdf_solid_angle;
     if (reverse) term.pdf_reverse = value.pdf_reverse_solid_angle;
+  } else {
+    const float pdf_of_light = camera_is_wi ? value.pdf_solid_angle : value.pdf_reverse_solid_angle;
+    term.f_cos *= 1.0f / std::max(pdf_of_light, 1.0f);
   }
   return term;
 }

@@ -132,6 +132,29 @@ TEST(Sampler, a_dim_mirror_gets_its_least_share_and_keeps_its_light) {
   EXPECT_NEAR(reflected / k_samples, 0.01, 1e-5);
 }
 
+// Smooth shading shows directions that lie below the facet: next event alone finds light there, so nothing there may be
+// as bright as a highlight that only scattering finds well.
+TEST(Sampler, highlights_below_the_facet_are_held_down_and_wide_lobes_there_are_not) {
+  const Vec3 ng = direction(0.6f, 0.0f), wi = direction(1.2f, 0.0f), mirrored = direction(1.2f, k_pi);
+  const auto value = [&](float alpha, const Vec3& facet) {
+    ShadingPoint point = plane_point(wi);
+    point.ng_world = facet;
+    Bsdf bsdf;
+    bsdf.begin(point);
+    bsdf.add(make_lobe(LobeKind::reflection, alpha, alpha));
+    return bsdf.eval(wi, mirrored, Transport::radiance, ReversePdf::no);
+  };
+  ASSERT_LT(dot(ng, mirrored), 0.0f);
+  const BsdfEval sharp = value(0.01f, {0, 0, 1}), sharp_below = value(0.01f, ng);
+  EXPECT_GT(sharp.f_cos.x, 1000.0f);
+  EXPECT_NEAR(sharp_below.f_cos.x, sharp.f_cos.x / sharp.pdf_solid_angle, 1e-3f);
+  EXPECT_EQ(sharp_below.pdf_solid_angle, 0.0f);
+  const BsdfEval wide = value(1.0f, {0, 0, 1}), wide_below = value(1.0f, ng);
+  ASSERT_LT(wide.pdf_solid_angle, 1.0f);
+  EXPECT_GT(wide.f_cos.x, 0.0f);
+  EXPECT_EQ(wide_below.f_cos.x, wide.f_cos.x);
+}
+
 TEST(Sampler, microfacet_normals_follow_their_density_at_small_alpha) {
   // In slopes scaled by alpha, where narrow distributions are as wide as others
   const float alphas[] = {0.001f, 0.02f, 0.3f, 1.0f};

@@ -116,6 +116,12 @@ float LightSet::prob_selection(const Vec3& p, const Vec3& n, LightIndex light, L
   return 0.0f;
 }
 
+void LightSet::scale_importance(std::span<const float> factors) {
+  if (factors.empty()) return;
+  tree_.scale_importance(factors);
+  for (Pool& pool : pools_) pool.tree.scale_importance(factors);
+}
+
 // --- Sampling for a receiver
 
 bool LightSet::sample_triangle_light(const Vec3& p, const Vec2& u, LightSample& sample) const {

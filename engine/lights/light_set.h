@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -33,7 +34,7 @@ struct LightChoices {
   LightChoices(EvenWorld world = EvenWorld::sampled, uint8_t receivers = 0) : even_world(world), linked(receivers) {}
 };
 
-/// Immutable; threads share it.
+/// Immutable once threads share it.
 ///
 /// Selection. Finite lights hang in a light tree; each infinite light (sun, environment) stands beside it. A receiver
 /// first chooses between these groups, half uniformly and half by estimated irradiance, then within the tree by
@@ -141,6 +142,10 @@ class LightSet {
   /// Estimate of all light's flux into the scene, W, by magnitude of luminance; 0 without lights.
   double flux() const { return flux_; }
   const LightTree& tree() const { return tree_; }
+
+  /// Multiplies how strongly receivers choose each finite light (by its number; factors > 0), emission apart. Before
+  /// threads share the set.
+  void scale_importance(std::span<const float> factors);
 
  private:
   friend class LightSetBuilder;
@@ -253,7 +258,7 @@ class LightSetBuilder {
 
   /// Builds in parallel (1,000,000 triangles in under a second on two cores). Reports, by name, lamps that are not
   /// valid and how many triangles were left out for having no area or no finite vertices. Empties the builder.
-  std::shared_ptr<const LightSet> build(Report& report);
+  std::shared_ptr<LightSet> build(Report& report);
 
  private:
   struct Mesh {

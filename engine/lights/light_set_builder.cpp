@@ -76,7 +76,7 @@ bool has_area(const EmissiveTriangle& t) {
 
 }  // namespace
 
-std::shared_ptr<const LightSet> LightSetBuilder::build(Report& report) {
+std::shared_ptr<LightSet> LightSetBuilder::build(Report& report) {
   auto set = std::make_shared<LightSet>();
 
   // Scene sphere.

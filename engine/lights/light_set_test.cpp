@@ -213,7 +213,9 @@ TEST(LightSet, an_even_world_is_left_to_scattering_where_that_is_asked_and_no_ot
     for (int i = 0; i < 1000; ++i) {
       const LightSample sample = set->sample(p, n, random.next_2d(), EvenWorld::left_to_scattering);
       ASSERT_TRUE(sample);
-      if (even) ASSERT_EQ(sample.light, sun_index);
+      if (even) {
+        ASSERT_EQ(sample.light, sun_index);
+      }
     }
   }
   LightSetBuilder builder;

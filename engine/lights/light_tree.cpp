@@ -42,7 +42,7 @@ void LightTree::weigh(const Node& node, const Vec3& p, const Vec3& n, float out[
   const Lanes sin_x = sin_of_difference(cos_w, sin_w, cos_o, sin_o);
   const Lanes cos_light = cos_of_difference(cos_x, sin_x, cos_b, sin_b);
   Lanes estimate =
-      from_halves(node.intensity) * larger(cos_light, all(k_rounding)) / larger(safe_d_squared, r_squared * k_near);
+      from_halves(node.importance) * larger(cos_light, all(k_rounding)) / larger(safe_d_squared, r_squared * k_near);
   // Axes and cosines are rounded: what may be just lit keeps a little importance.
   estimate = cos_light > cos_e - k_rounding ? estimate : zero;
   if (length_squared(n) > 0.0f) {
@@ -185,6 +185,23 @@ std::vector<uint32_t> LightTree::leaf_order() const {
       if (nodes_[top].child[i] != k_none) stack.push_back(nodes_[top].child[i]);
   }
   return order;
+}
+
+void LightTree::scale_importance(std::span<const float> factors) {
+  constexpr float k_least = 1e-37f;           // not denormal, as of intensities
+  for (size_t i = nodes_.size(); i-- > 0;) {  // children come after their parents
+    Node& node = nodes_[i];
+    for (int slot = 0; slot < k_width; ++slot) {
+      const uint32_t child = node.child[slot];
+      if (child == k_none) continue;
+      float importance = 0.0f;
+      if (const uint32_t emitter = child & ~k_leaf; child & k_leaf)
+        importance = unpack(node.importance[slot]) * (emitter < factors.size() ? factors[emitter] : 1.0f);
+      else
+        for (int k = 0; k < k_width; ++k) importance += unpack(nodes_[child].importance[k]);
+      node.importance[slot] = pack_up(std::max(importance, k_least));
+    }
+  }
 }
 
 void LightTree::renumber(std::span<const uint32_t> new_number, uint32_t count) {

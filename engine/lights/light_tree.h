@@ -44,6 +44,10 @@ class LightTree {
   /// Emitters in the order of the tree's leaves: neighbours are close.
   std::vector<uint32_t> leaf_order() const;
 
+  /// Multiplies the importance of every emitter that has a factor (> 0, by its number); what sample_by_intensity
+  /// chooses stays as it is.
+  void scale_importance(std::span<const float> factors);
+
   /// Gives emitters new numbers below `count`: emitter i becomes new_number[i].
   void renumber(std::span<const uint32_t> new_number, uint32_t count);
 
@@ -73,6 +77,7 @@ class LightTree {
     uint32_t child[k_width] = {k_none, k_none, k_none, k_none};  ///< node, or emitter | k_leaf
     uint16_t radius[k_width] = {};                               ///< upper half of a float, rounded up
     uint16_t intensity[k_width] = {};                            ///< upper half of a float, in units
+    uint16_t importance[k_width] = {};                           ///< intensity times scale_importance's factors
     int16_t axis[3][k_width] = {};                               ///< times 32767
     int16_t cos_normals[k_width] = {};                           ///< times 32767, rounded down
     int16_t cos_emission[k_width] = {};  ///< times 32767, rounded down; two-sided: -1 minus that

@@ -254,7 +254,7 @@ class LightTreeBuilder {
     // The centre of several is rounded by up to an ulp of its coordinates.
     const float slack = range.size() > 1 ? max_component(abs(center)) * 1e-7f : 0.0f;
     node.radius[slot] = pack_up(radius * 1.000001f + slack);
-    node.intensity[slot] = pack_up(bin.intensity());
+    node.intensity[slot] = node.importance[slot] = pack_up(bin.intensity());
     node.cos_normals[slot] = pack_cos_down(cos_cone >= 1.0f - 1e-6f ? 1.0f : cos_cone - k_rounding);
     const int16_t packed = pack_cos_down(std::max(cos_emission, 0.0f));
     node.cos_emission[slot] = two_sided ? static_cast<int16_t>(-1 - packed) : packed;

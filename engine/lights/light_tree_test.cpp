@@ -104,6 +104,40 @@ TEST(LightTree, choices_follow_the_probabilities) {
   }
 }
 
+TEST(LightTree, scaled_importance_changes_what_receivers_choose_and_not_what_emission_does) {
+  auto lights = scattered(40, 1.0f);
+  for (LightCluster& light : lights) {  // shining everywhere, so that every choice finds one
+    light.cos_normals = -1.0f;
+    light.cos_emission = 0.0f;
+  }
+  LightTree tree(lights);
+  const LightTree before = tree;
+  const std::vector<float> factors(20, 0.25f);  // the first half; the others keep theirs
+  tree.scale_importance(factors);
+  RandomStream random(5);
+  for (int trial = 0; trial < 20; ++trial) {
+    const Vec3 p(random.next_1d(), random.next_1d(), 2.0f + random.next_1d());
+    double scaled = 0.0, all = 0.0, sampled = 0.0;
+    for (uint32_t i = 0; i < 40; ++i) {
+      EXPECT_EQ(tree.prob_by_intensity(i), before.prob_by_intensity(i));
+      const double prob = static_cast<double>(tree.prob(p, Vec3(0.0f), i));
+      all += prob;
+      if (i < 20) scaled += prob;
+    }
+    EXPECT_NEAR(all, 1.0, 1e-4);
+    double expected = 0.0;
+    for (uint32_t i = 0; i < 20; ++i) expected += static_cast<double>(before.prob(p, Vec3(0.0f), i));
+    // A quarter of the odds, but for clusters that hold lights of both halves.
+    EXPECT_LT(scaled / (1.0 - scaled), 0.5 * expected / (1.0 - expected));
+    EXPECT_GT(scaled, 0.0);
+    for (int k = 0; k < 1000; ++k) {
+      ReusedNumber u(random.next_2d());
+      sampled += tree.sample(p, Vec3(0.0f), u).emitter < 20 ? 1e-3 : 0.0;
+    }
+    EXPECT_NEAR(sampled, scaled, 0.08);
+  }
+}
+
 TEST(LightTree, every_light_that_may_contribute_can_be_chosen) {
   for (const float scale : {1e-6f, 1.0f, 1e6f}) {
     const auto lights = scattered(300, scale);

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "engine/scene/convert.h"
+#include "engine/scene/light_visibility.h"
 #include "engine/scene/scene_builder_state.h"
 #include "engine/scene/world_map.h"
 
@@ -247,7 +248,9 @@ void SceneBuilder::State::build_lights(Build& build) {
   add_emissive_meshes(build, set);
   add_world(build, set);
   if (build.cancel.cancelled()) return;
-  build.scene->lights_ = set.build(build.report);
+  const std::shared_ptr<LightSet> built = set.build(build.report);
+  built->scale_importance(learn_light_visibility(*build.scene->geometry_, build.scene->camera_, *built, build.cancel));
+  build.scene->lights_ = built;
 }
 
 }  // namespace lambent

@@ -44,6 +44,7 @@ LightWalkSettings walk_settings(const IntegratorSettings& settings, const Pass& 
           settings.caustics_refractive,
           even_world(pass.set),
           pass.aim,
+          pass.set.weighted() && pass.set.next_event,
           settings.passes && settings.passes->wants_events()};
 }
 

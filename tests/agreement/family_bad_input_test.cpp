@@ -134,7 +134,6 @@ TEST_P(FamilyBadInput, path_lengths_of_a_thousand_end_and_stay_finite) {
   light.radius_m = 0.1f;
   maker.light("l", light, Transform::translation({0.3f, 0.3f, 0.3f}));
   maker.settings.max_bounces = maker.settings.diffuse_bounces = 1000;
-  maker.settings.merge_radius_px = 0.1f;  // of four across the picture
   picture_of(maker);
 }
 

@@ -2,7 +2,7 @@
 //
 //   "LMBTFILM", u32 version, u64 bytes of the header text, header text, zstd frame of
 //   sums f64[P][S], ids f32[P][I], their weights f64[P][I], counts u32[P], second moments f64[P] and stopped u8[P] (if
-//   the header has them), light paths u64 and splats i64[P][planes][3][3] (if the header has them).
+//   the header has them), light paths u64 and splats (SplatBuffer::integers; if the header has them).
 // The header text holds the identity and the layout; it must be equal to the loading film's, byte by byte.
 #include <fmt/format.h>
 #include <unistd.h>
@@ -42,7 +42,8 @@ std::string header_text(const Film& film, const std::string& identity) {
   const FilmSettings& s = film.settings();
   std::string text = fmt::format("frame {} {}\nregion {} {} {} {}\nsecond_moments {}\n", s.width, s.height, s.region.x,
                                  s.region.y, s.region.width, s.region.height, s.second_moments ? 1 : 0);
-  if (film.takes_splats()) text += fmt::format("splats {:.17g}\n", s.splat_unit);
+  if (film.takes_splats())
+    text += fmt::format("splats {:.17g}{}\n", s.splat_unit, s.second_moments ? " with squares" : "");
   for (const FilmChannel& channel : s.channels)
     text += fmt::format("channel {} {} {} {} {}\n", channel.components, static_cast<int>(channel.rule),
                         channel.divided_by, channel.splats ? 1 : 0, channel.name);

@@ -59,7 +59,8 @@ Result<std::shared_ptr<Film>> Film::create(const FilmSettings& settings) try {
     storage.stopped.resize(pixels);
   }
   if (film->takes_splats())
-    storage.splats = std::make_unique<SplatBuffer>(pixels, film->layout_.planes, settings.splat_unit);
+    storage.splats =
+        std::make_unique<SplatBuffer>(pixels, film->layout_.planes, settings.splat_unit, settings.second_moments);
   film->grid_ = TileGrid(region, settings.tile_size_px, settings.tile_order);  // after what a huge picture fails on
   storage.tiles = std::vector<Storage::Tile>(static_cast<size_t>(film->grid_.count()));
   return film;

@@ -36,6 +36,11 @@ struct FilmTile {
   std::vector<float> pixels;  ///< float[height][width][components of the channels read], row 0 at the bottom
 };
 
+/// Of a pixel's R+G+B: its mean, and the standard errors of what samples and what splats have of it.
+struct PixelError {
+  double mean = 0.0, of_samples = 0.0, of_splats = 0.0;
+};
+
 /// A sample that was not finite or negative: its place, for a replay.
 struct RejectedSample {
   int x = 0, y = 0;
@@ -101,12 +106,14 @@ class Film {
 
   /// Adaptive sampling (noise_threshold). To be called between passes, when active pixels have `samples` samples, at
   /// the counts that is_adaptive_check() names, so that an interrupted and continued render decides the same. Pixels
-  /// whose neighbourhood is quieter than `threshold` become inactive for good. Returns how many stay active. Does
-  /// nothing if some active pixel has more than `samples`. Error measure: see adaptive.h. Requires second_moments.
+  /// whose neighbourhood is quieter than `threshold` become inactive for good, none while splats are what is noisy.
+  /// Returns how many stay active. Does nothing if some active pixel has more than `samples`. Error measure: see
+  /// adaptive.h. Requires second_moments.
   size_t stop_converged(float threshold, int64_t samples);
   bool active(int x, int y) const;
   bool tile_active(int index) const;
-  /// Standard error of a pixel's mean of R+G+B; infinity with fewer than 2 samples. Requires second_moments.
+  /// Standard error of a pixel's mean of R+G+B, splats included; infinity with fewer than 2 samples. Requires
+  /// second_moments.
   float standard_error(int x, int y) const;
 
   /// Saves the exact sums (zstd) to a temporary name, then renames. `identity` says what the samples belong to
@@ -128,6 +135,7 @@ class Film {
   void read_ids(size_t pixel, const FilmLayout::Place& place, float* out, int components) const;
   void reject(size_t pixel, int64_t sample, std::span<const float> values);
   double intensity_sum(size_t pixel) const;
+  PixelError error_of(size_t pixel) const;
 
   FilmSettings settings_;
   TileGrid grid_;

@@ -376,6 +376,54 @@ TEST(Adaptive, standard_error_is_that_of_the_mean) {
   EXPECT_FLOAT_EQ(film->standard_error(5, 3), static_cast<float>(std::sqrt(variance / 50)));
 }
 
+TEST(Adaptive, standard_error_has_the_part_of_splats) {
+  FilmSettings settings;
+  settings.width = 2;
+  settings.height = 1;
+  settings.second_moments = true;
+  settings.splat_unit = 3.0;
+  const auto film = make_film(settings);
+  // 1000 light paths, each fifth of which brings pixel 1 something between 0 and 3.
+  double sum = 0.0, squares = 0.0;
+  for (int n = 0; n < 200; ++n) {
+    const float value = noise(0, 0, n, 0);
+    film->splat(1, 0, Color(value, 2.0f * value, 0.0f));
+    sum += 3.0 * double(value);
+    squares += 9.0 * double(value) * double(value);
+  }
+  film->add_light_paths(1000);
+  {
+    TileWriter writer(*film, 0);
+    for (int x = 0; x < 2; ++x)
+      for (int64_t n = 0; n < 50; ++n) writer.add(x, 0, Vec4(0.25f));
+  }
+  const double variance = (squares - sum * sum / 1000) / 999;
+  EXPECT_EQ(film->standard_error(0, 0), 0.0f);
+  EXPECT_FLOAT_EQ(film->standard_error(1, 0), static_cast<float>(std::sqrt(variance / 1000)));
+}
+
+TEST(Adaptive, nothing_stops_while_splats_are_what_is_noisy) {
+  FilmSettings settings;
+  settings.width = settings.height = 32;
+  settings.second_moments = true;
+  settings.splat_unit = 1.0;
+  const auto film = make_film(settings);
+  for (int i = 0; i < film->tiles().count(); ++i) {
+    TileWriter writer(*film, i);
+    const Rectangle r = writer.rectangle();
+    for (int y = r.y; y < r.y + r.height; ++y)
+      for (int x = r.x; x < r.x + r.width; ++x)
+        for (int64_t n = 0; n < 64; ++n) writer.add(x, y, Vec4(0.25f));
+  }
+  // A caustic in a corner of the picture that few paths have reached; later, many.
+  film->splat(30, 30, Color(3000.0f));
+  film->add_light_paths(32 * 32 * 64);
+  EXPECT_EQ(film->stop_converged(0.01f, 64), size_t(32 * 32));
+  for (int n = 0; n < 10000; ++n) film->splat(30, 30, Color(30.0f));
+  film->add_light_paths(100u << 20);
+  EXPECT_EQ(film->stop_converged(0.01f, 64), size_t(0));
+}
+
 /// A film whose left half is quiet and whose right half is noisy.
 std::shared_ptr<Film> half_noisy(int tile_size) {
   FilmSettings settings;

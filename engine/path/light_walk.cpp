@@ -156,6 +156,9 @@ void LightWalk::trace(const Sampler& sampler, float time) {
                                            start.direction_world, distance, &vertex.conditional) *
                         cos_here;
       vertex.conditional *= cos_here;
+      vertex.next_event = 0.0f;
+    }
+    if (depth == 1 && settings_.want_next_event) {
       const Vec3 receiver_normal = light_receiver_normal(vertex.bsdf, vertex.ng_world);
       const LightIndex light = start.light;
       const LightChoices choices = scene_.light_choices(surface.instance, settings_.even_world);

@@ -44,6 +44,7 @@ struct LightWalkSettings {
   bool caustics_reflective = true, caustics_refractive = true;
   EvenWorld even_world = EvenWorld::sampled;  ///< as the camera walks' next events have it
   const EmissionAim* aim = nullptr;           ///< may be filled until the first walk; null: none
+  bool want_next_event = true;                ///< LightVertex::next_event; 0 without it
   bool events_by_share = false;  ///< LightVertex::events as passes need them (event_by_share), not as sampled
 };
 

@@ -1,6 +1,8 @@
 // The photons of one pass in a hashed grid, for queries of any radius.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -38,30 +40,46 @@ class PhotonMap {
     if (photons_.empty() || !(radius > 0.0f)) return;
     const Cell low = cell_of(p - Vec3(radius)), high = cell_of(p + Vec3(radius));
     const float radius_squared = radius * radius;
-    size_t candidates = 0;
-    const auto for_each_run = [&](auto&& act) {
+    // Cells with candidates: the first of them are kept, and if there are more, all are visited again.
+    struct Run {
+      Cell cell;
+      uint32_t begin, end;
+    };
+    constexpr size_t k_kept = 27;
+    std::array<Run, k_kept> kept;
+    size_t candidates = 0, runs = 0;
+    const auto for_each_cell = [&](auto&& act) {
       for (int32_t z = low.z; z <= high.z; ++z)
         for (int32_t y = low.y; y <= high.y; ++y)
           for (int32_t x = low.x; x <= high.x; ++x) {
             const Cell cell{x, y, z};
             const uint32_t bucket = bucket_of(cell);
-            act(cell, starts_[bucket], starts_[bucket + 1]);
+            const uint32_t begin = starts_[bucket], end = starts_[bucket + 1];
+            if (begin < end) act(Run{cell, begin, end});
           }
     };
-    for_each_run([&](const Cell&, uint32_t begin, uint32_t end) { candidates += end - begin; });
+    for_each_cell([&](const Run& run) {
+      candidates += run.end - run.begin;
+      if (runs < k_kept) kept[runs] = run;
+      ++runs;
+    });
     if (candidates == 0) return;
     const size_t step = candidates > most ? (candidates + most - 1) / most : 1;
     size_t skip = step > 1 ? std::min(static_cast<size_t>(u * static_cast<float>(step)), step - 1) : 0;
-    for_each_run([&](const Cell& cell, uint32_t begin, uint32_t end) {
-      size_t i = begin + skip;
-      for (; i < end; i += step) {
+    const auto visit_run = [&](const Run& run) {
+      size_t i = run.begin + skip;
+      for (; i < run.end; i += step) {
         const Photon& photon = photons_[i];
         // Several cells may share a bucket: a photon counts for its own.
-        if (length_squared(photon.p_world - p) < radius_squared && cell_of(photon.p_world) == cell)
+        if (length_squared(photon.p_world - p) < radius_squared && cell_of(photon.p_world) == run.cell)
           visit(photon, static_cast<float>(step));
       }
-      skip = i - end;
-    });
+      skip = i - run.end;
+    };
+    if (runs <= k_kept)
+      std::for_each_n(kept.begin(), runs, visit_run);
+    else
+      for_each_cell(visit_run);
   }
 
  private:

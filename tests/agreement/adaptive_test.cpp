@@ -89,6 +89,39 @@ TEST(AdaptiveSampling, ends_with_no_more_noise_than_was_asked_for_and_the_right_
   }
 }
 
+/// The corner with its lamp behind a lens of glass: most of its light comes by splats alone.
+SceneMaker corner_with_caustic(int64_t samples) {
+  SceneMaker maker = corner(samples);
+  maker.material("glass", single("BsdfGlass", {{"Color", description::Numbers{1, 1, 1, 1}}, {"Roughness", 0.0f}}));
+  maker.sphere("lens", Vec3(0.8f, 0.2f, -3.5f), 0.5f, 16, "glass", /*smooth=*/true);
+  return maker;
+}
+
+TEST(AdaptiveSampling, knows_the_noise_of_splats) {
+  // All that LT finds is splats, and most of what BPT finds of the lens's caustic.
+  struct Case {
+    const char* integrator;
+    bool caustic;
+    float threshold;
+  };
+  for (const Case& one : {Case{"LT", false, 0.4f}, {"BPT", true, 0.1f}, {"VCM", true, 0.2f}}) {
+    SCOPED_TRACE(one.integrator + std::string(one.caustic ? ", caustic" : ""));
+    const auto scene = [&](int64_t samples) {
+      SceneMaker maker = one.caustic ? corner_with_caustic(samples) : corner(samples);
+      maker.settings.integrator = one.integrator;
+      return maker;
+    };
+    const auto [expected, expected_error] = level(render_batch(scene(256), 100));
+    SceneMaker maker = scene(1 << 13);
+    maker.settings.noise_threshold = one.threshold;
+    const Batch batch = render_batch(maker, 1);
+    EXPECT_LT(true_noise(batch), one.threshold);
+    EXPECT_LT(batch.samples_a_pixel, 1 << 12) << "it stopped by the threshold, far from the limit";
+    const auto [brightness, error] = level(batch);
+    EXPECT_NEAR(brightness, expected, 4.5 * std::hypot(error, expected_error));
+  }
+}
+
 TEST(AdaptiveSampling, leaves_photon_mapping_as_bright_as_it_is) {
   // Pixels that stop must not take their photons out of the map that the others merge with.
   SceneMaker maker = corner(256);

@@ -33,6 +33,16 @@ TEST_P(FamilySamePicture, after_being_stopped_saved_and_continued) {
   EXPECT_EQ(render_interrupted(maker, 3).pixels, render(maker.transaction()).pixels);
 }
 
+TEST_P(FamilySamePicture, after_being_continued_with_pixels_that_stop_where_samples_and_splats_are_quiet) {
+  if (std::string_view(GetParam()) == "LT") return;  // all is splats there: pixels stop together or not at all
+  SceneMaker maker = room_for(256);
+  maker.settings.noise_threshold = 0.4f;
+  RenderOutcome outcome;
+  const Picture whole = render(maker.transaction(), 0, &outcome);
+  EXPECT_LT(outcome.statistics.paths, 256u * 48 * 40) << "some pixels stopped";
+  EXPECT_EQ(render_interrupted(maker, 20).pixels, whole.pixels);
+}
+
 TEST_P(FamilySamePicture, in_every_kernel_profile_that_covers_the_scene) {
   const std::shared_ptr<const Scene> scene = build_scene(room_for(2));
   ASSERT_EQ(scene->profile().kernel(), KernelProfile::solid) << "nothing in the room is transparent";

@@ -493,6 +493,21 @@ std::vector<IntegratorCase> lobe_cases() {
   ball("portal", portal.surface(), k_round_delta);
   // The same on the corridor's floor, where photons serve too.
   cases.push_back({"lobe_flat_glossy", lit_corridor(glossy(0.5f)), k_all});
+  // Lobes without a cosine, which merging meets with photons that grow rare where they count as much.
+  cases.push_back(
+      {"lobe_flat_toon",
+       lit_corridor(single("BsdfToon", {{"Color", rgb(0.8f, 0.5f, 0.4f)}, {"Size", 0.9f}, {"Smooth", 0.1f}})),
+       k_flat_delta});
+  cases.push_back(
+      {"lobe_flat_hair",
+       lit_corridor(single("BsdfHair", {{"Color", rgb(0.8f, 0.5f, 0.4f)}, {"RoughnessU", 0.4f}, {"RoughnessV", 1.0f}},
+                           {{"component", std::string("Reflection")}})),
+       k_flat_delta});
+  cases.push_back(
+      {"lobe_flat_principled_hair",
+       lit_corridor(single("BsdfHairPrincipled",
+                           {{"Color", rgb(0.6f, 0.4f, 0.3f)}, {"Roughness", 0.4f}, {"Radial Roughness", 0.6f}})),
+       k_flat_delta});
   cases.push_back({"lobe_flat_subsurface",
                    lit_corridor(single("SubsurfaceScattering", {{"Color", rgb(0.8f, 0.6f, 0.4f)}, {"Radius", radius}})),
                    k_camera_scatters});

@@ -36,10 +36,14 @@ void Kernel<profile>::connect_to_lens(const LightWalk& walk, const LightVertex& 
   if (near) contribution *= share_within_limits(settings_.bounces, {}, vertex.counts, nullptr, &at_light.shares);
   if (is_black(contribution)) return;
 
-  lens_pdfs_.reserve(vertex.depth);
-  append_light(lens_pdfs_, 1, walk, vertex, at_light);
-  lens_pdfs_.camera[1] = lens.importance_px2_per_m2 * std::fabs(dot(vertex.ng_world, lens.direction_world));
-  const float weight = weigh(lens_pdfs_, Technique::light_tracing, 0, reach_at(vertex.surface.p_world));
+  float weight = 1.0f;
+  lens_pdfs_.n = vertex.depth;
+  if (pass_.set.weighted()) {
+    lens_pdfs_.reserve(vertex.depth);
+    append_light(lens_pdfs_, 1, walk, vertex, at_light);
+    lens_pdfs_.camera[1] = lens.importance_px2_per_m2 * std::fabs(dot(vertex.ng_world, lens.direction_world));
+    weight = weigh(lens_pdfs_, Technique::light_tracing, 0, reach_at(vertex.surface.p_world));
+  }
   if (!(weight > 0.0f)) return;
   const float survival = max_component(abs(contribution)) * weight / pass_.counts.light_paths * threshold_scale_;
   if (survival < 1.0f) {

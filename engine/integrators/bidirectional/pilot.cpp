@@ -19,6 +19,8 @@ constexpr int k_rounds = 3;
 /// pictures and little of large ones. A quarter as many camera walks; half as many in the last round.
 constexpr int k_least_walks = 512, k_most_walks = 16384;
 constexpr int k_piece = 128;
+/// Longer paths teach little, and each merge costs as much as its path is long.
+constexpr int k_most_bounces = 16;
 /// Merge radius in widths of a pixel, at least; more where camera walks lie further apart.
 constexpr float k_least_radius_px = 3.0f;
 /// An aim is kept if it lowers the noise at least to this, on average.
@@ -85,12 +87,13 @@ class Pilot {
     settings_.passes = nullptr;
     settings_.others = {};
     settings_.clamp_direct = settings_.clamp_indirect = 0.0f;
+    settings_.bounces.total = std::clamp(settings.bounces.total, 0, k_most_bounces);
     // What merging brings stands for all that light walks bring.
     pass_.set = set.weighted() ? set : k_techniques_ppm;
     pass_.set.connections = pass_.set.shared_lights = pass_.set.light_tracing = false;
     pass_.set.merging = true;
     pass_.set.first_merge_camera = pass_.set.first_merge_light = 1;
-    pass_.counts.max_light_vertices = std::clamp(settings.bounces.total, 0, 15) + 1;
+    pass_.counts.max_light_vertices = std::min(settings_.bounces.total + 1, k_most_bounces);
     pass_.counts.light_paths = static_cast<float>(pixels_);
     pass_.correlation_aware = false;
   }

@@ -304,13 +304,15 @@ Color PassRecorder::transmittance(const Ray& ray, uint8_t blockers) const {
   return trace(scene_, ray, k_counts_behind_first, plan_.settings_.transparent_bounces, nullptr, blockers);
 }
 
-/// One sampled light with and without what stands before it.
+/// One sampled light with and without what stands before it, and an even world.
 void PassRecorder::sample_received(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf,
                                    const Color& throughput) {
-  if (!bsdf.has_non_delta() || scene_.lights().empty()) return;
+  if (!bsdf.has_non_delta()) return;
+  if (scene_.lights().has_even_world()) receive_world(hit, point, bsdf, throughput);
+  if (scene_.lights().empty(EvenWorld::left_to_scattering)) return;
   const Vec2 u(random(), random());
   const LightSample light = scene_.lights().sample(hit.p_world, light_receiver_normal(bsdf, point.ng_world), u,
-                                                   scene_.light_choices(hit.instance, EvenWorld::sampled));
+                                                   scene_.light_choices(hit.instance, EvenWorld::left_to_scattering));
   if (!light || !(light.pdf_solid_angle > 0.0f) || !scene_.reaches(light.traits->linked.receivers, hit.instance))
     return;
   Color f = bsdf.eval(point.wi_world, light.direction_world, Transport::radiance, ReversePdf::no).f_cos;
@@ -324,6 +326,27 @@ void PassRecorder::sample_received(const SurfaceHit& hit, const ShadingPoint& po
     received(unshadowed * transmittance(shadow_ray(scene_, hit, light), light.traits->linked.blockers), unshadowed);
   else
     received(unshadowed, unshadowed);
+}
+
+/// A world that looks alike from all sides, by a ray that the surface scatters (LightSet: nothing finds it better).
+void PassRecorder::receive_world(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf,
+                                 const Color& throughput) {
+  const float choice = random();
+  const Vec2 u(random(), random());
+  const BsdfSample sample = bsdf.sample(point.wi_world, choice, u, Transport::radiance, ReversePdf::no);
+  constexpr uint8_t k_others = k_scatter_delta | k_scatter_transparent | k_scatter_subsurface | k_scatter_portal;
+  if (sample.event == k_scatter_none || (sample.event & k_others)) return;
+  BounceState bounces;
+  bounces.advance(sample.event, EventCounts{});
+  const PathCounts counts{bounces.ray_kind, 1, bounces.diffuse, bounces.glossy, bounces.transmission, 0};
+  Color unshadowed(0.0f);
+  scene_.lights().for_each_infinite(sample.wo_world, counts.ray_kind, [&](const LightHit& light) {
+    if (scene_.source_of(light.light) == LightSource::background)
+      unshadowed += throughput * sample.weight * scene_.light_radiance(light, counts);
+  });
+  if (is_black(unshadowed)) return;
+  const Ray ray = ray_from_surface(hit.p_world, hit.p_error, hit.ng_world, sample.wo_world, k_visible_shadow);
+  received(unshadowed * transmittance(ray), unshadowed);
 }
 
 void PassRecorder::received(const Color& shadowed, const Color& unshadowed) {

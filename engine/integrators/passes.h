@@ -299,6 +299,7 @@ class PassRecorder {
   void occlusion(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, float cover);
   void add_occlusion(float amount);
   float open(const Ray& ray) const;
+  void receive_world(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput);
   void sample_received(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput);
   /// @param blockers LinkSets' of the light at its end
   Color transmittance(const Ray& ray, uint8_t blockers = 0) const;

@@ -24,7 +24,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 constexpr char k_magic[8] = {'L', 'M', 'B', 'T', 'F', 'I', 'L', 'M'};
-constexpr uint32_t k_version = 3;
+constexpr uint32_t k_version = 4;
 constexpr uint64_t k_header_limit = 1 << 20;
 constexpr int k_level = 1;  // sums of noise hardly compress; untouched regions do at any level
 

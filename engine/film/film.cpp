@@ -6,6 +6,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <new>
 #include <stdexcept>
 #include <tuple>
@@ -339,9 +340,15 @@ void TileWriter::flush() {
   const std::lock_guard lock(s.tiles[static_cast<size_t>(tile_)].mutex);
   for (size_t n = 0; n < pixels_.size(); ++n) {
     const size_t pixel = pixels_[n];
-    const std::span<const float> values(values_.data() + n * components, components);
+    const std::span<float> values(values_.data() + n * components, components);
     const int64_t sample = s.counts[pixel]++;
     bool good = all_finite(values);
+    if (!good && components > 4 && all_finite(values.first(4))) [[unlikely]] {
+      // What is not finite in a pass (a broken UV map) does not cost the picture its sample.
+      for (float& value : values.subspan(4))
+        if (!std::isfinite(value)) value = 0.0f;
+      good = true;
+    }
     if (!film_.settings_.allow_negative)
       for (size_t c = 0; c < 4; ++c) good &= values[c] >= 0.0f;
     if (!good) [[unlikely]] {
@@ -363,44 +370,55 @@ void TileWriter::flush() {
   values_.clear();
 }
 
+namespace {
+
+/// sums[i] += values[i], four at a time.
+void add_all(double* sums, const float* values, int count) {
+  using Floats = float __attribute__((vector_size(16)));
+  using Doubles = double __attribute__((vector_size(32)));
+  int i = 0;
+  for (; i + 4 <= count; i += 4) {
+    Floats value;
+    Doubles sum;
+    std::memcpy(&value, values + i, sizeof(value));
+    std::memcpy(&sum, sums + i, sizeof(sum));
+    sum += __builtin_convertvector(value, Doubles);
+    std::memcpy(sums + i, &sum, sizeof(sum));
+  }
+  for (; i < count; ++i) sums[i] += static_cast<double>(values[i]);
+}
+
+}  // namespace
+
 /// One sample of a film with channels of several rules.
 void TileWriter::add_channels(size_t pixel, int64_t sample, std::span<const float> values) {
   Film::Storage& s = *film_.storage_;
   const FilmLayout& layout = film_.layout_;
   double* sums = s.sums.data() + pixel * static_cast<size_t>(layout.sums);
-  for (const FilmLayout::Span& span : layout.means) {
-    const float* value = values.data() + span.sample;
-    double* sum = sums + span.sum;
-    for (int k = 0; k < span.floats; ++k) sum[k] += static_cast<double>(value[k]);
+  add_all(sums, values.data(), layout.means);
+  if (sample == 0)
+    for (const int number : layout.firsts) {
+      const FilmLayout::Place& place = layout.places[static_cast<size_t>(number)];
+      const int components = film_.settings_.channels[static_cast<size_t>(number)].components;
+      std::copy_n(values.data() + place.sample, components, sums + place.sum);
+    }
+  for (const int number : layout.errors) {
+    double* sum = sums + layout.places[static_cast<size_t>(number)].sum;
+    const int components = film_.settings_.channels[static_cast<size_t>(number)].components;
+    for (int k = 0; k < components; ++k) sum[k] += double(values[static_cast<size_t>(k)]) * values[k];
   }
-  for (const int number : layout.others) {
-    const size_t c = static_cast<size_t>(number);
-    const FilmChannel& channel = film_.settings_.channels[c];
-    const FilmLayout::Place& place = layout.places[c];
+  for (const int number : layout.ids) {
+    const FilmLayout::Place& place = layout.places[static_cast<size_t>(number)];
     const float* value = values.data() + place.sample;
-    double* sum = sums + place.sum;
-    switch (channel.rule) {
-      case ChannelRule::first:
-        for (int k = 0; k < channel.components && sample == 0; ++k) sum[k] = value[k];
-        break;
-      case ChannelRule::error:
-        for (int k = 0; k < channel.components; ++k) sum[k] += double(values[static_cast<size_t>(k)]) * values[k];
-        break;
-      case ChannelRule::ids: {
-        const size_t first = pixel * static_cast<size_t>(layout.id_slots) + static_cast<size_t>(place.id);
-        for (int k = 0; k < k_ids_a_sample && value[2 * k + 1] > 0.0f; ++k) {
-          // The last slot takes what finds no other.
-          size_t i = first;
-          const size_t last = first + static_cast<size_t>(place.slots) - 1;
-          const auto id = std::bit_cast<uint32_t>(value[2 * k]);
-          while (i < last && s.id_weights[i] > 0.0 && std::bit_cast<uint32_t>(s.ids[i]) != id) ++i;
-          if (!(s.id_weights[i] > 0.0)) s.ids[i] = value[2 * k];
-          s.id_weights[i] += value[2 * k + 1];
-        }
-        break;
-      }
-      default:
-        break;
+    const size_t first = pixel * static_cast<size_t>(layout.id_slots) + static_cast<size_t>(place.id);
+    for (int k = 0; k < k_ids_a_sample && value[2 * k + 1] > 0.0f; ++k) {
+      // The last slot takes what finds no other.
+      size_t i = first;
+      const size_t last = first + static_cast<size_t>(place.slots) - 1;
+      const auto id = std::bit_cast<uint32_t>(value[2 * k]);
+      while (i < last && s.id_weights[i] > 0.0 && std::bit_cast<uint32_t>(s.ids[i]) != id) ++i;
+      if (!(s.id_weights[i] > 0.0)) s.ids[i] = value[2 * k];
+      s.id_weights[i] += value[2 * k + 1];
     }
   }
 }

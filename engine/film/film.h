@@ -154,8 +154,8 @@ class TileWriter {
   TileWriter& operator=(const TileWriter&) = delete;
 
   const Rectangle& rectangle() const { return film_.tiles()[tile_]; }
-  /// One sample of a pixel: film.sample_components() floats. A sample with a value that is not finite, or negative in
-  /// the picture's channel, is counted and recorded, and adds nothing but its count.
+  /// One sample of a pixel: film.sample_components() floats. A sample whose picture (the first channel) is not finite
+  /// or negative is counted and recorded, and adds nothing but its count; what is not finite in other channels adds 0.
   void add(int x, int y, std::span<const float> values);
   /// The usual case of one RGBA channel.
   void add(int x, int y, const Vec4& rgba) { add(x, y, std::span<const float>(&rgba.x, 4)); }

@@ -5,36 +5,43 @@
 namespace lambent {
 
 FilmLayout::FilmLayout(const std::vector<FilmChannel>& channels) {
-  int outputs = 0;
-  for (const FilmChannel& channel : channels) {
-    Place& place = places.emplace_back();
-    place.sample = sample_floats;
-    place.sum = sums;
-    if (channel.rule == ChannelRule::mean) {
-      const bool follows = !means.empty() && means.back().sample + means.back().floats == place.sample &&
-                           means.back().sum + means.back().floats == place.sum;
-      if (!follows) means.push_back({place.sample, place.sum, 0});
-      means.back().floats += channel.components;
-    } else if (channel.rule != ChannelRule::sample_count && channel.rule != ChannelRule::caught) {
-      others.push_back(static_cast<int>(places.size()) - 1);
+  places.resize(channels.size());
+  // Means first, so that they are added in one go.
+  for (size_t c = 0; c < channels.size(); ++c)
+    if (channels[c].rule == ChannelRule::mean) {
+      places[c].sample = places[c].sum = means;
+      means += channels[c].components;
     }
+  sample_floats = sums = means;
+  int outputs = 0;
+  for (size_t c = 0; c < channels.size(); ++c) {
+    const FilmChannel& channel = channels[c];
+    Place& place = places[c];
+    const int number = static_cast<int>(c);
     switch (channel.rule) {
       case ChannelRule::mean:
+      case ChannelRule::sample_count:
+      case ChannelRule::caught:
+        break;
       case ChannelRule::first:
+        place.sample = sample_floats;
+        place.sum = sums;
         sample_floats += channel.components;
         sums += channel.components;
+        firsts.push_back(number);
         break;
       case ChannelRule::ids:
+        place.sample = sample_floats;
         sample_floats += 2 * k_ids_a_sample;
         place.id = id_slots;
         place.slots = channel.components;
         id_slots += place.slots;
+        ids.push_back(number);
         break;
       case ChannelRule::error:
+        place.sum = sums;
         sums += channel.components;
-        break;
-      case ChannelRule::sample_count:
-      case ChannelRule::caught:
+        errors.push_back(number);
         break;
     }
     if (channel.splats) place.plane = planes++;

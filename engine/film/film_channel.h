@@ -63,7 +63,7 @@ inline bool all_finite(std::span<const float> values) {
   return bad == 0;
 }
 
-/// Where everything of a channel lies.
+/// Where everything of a channel lies: those of rule mean before all others, each kind in the order of the channels.
 struct FilmLayout {
   struct Place {
     int sample = 0;   ///< first of its floats in a sample
@@ -74,13 +74,9 @@ struct FilmLayout {
     int output = -1;  ///< its number in output_channels(), the first where it makes several; -1: hidden
     std::vector<int> dividends;  ///< channels that are divided by it
   };
-  /// Floats of a sample that are added to sums, as they stand.
-  struct Span {
-    int sample = 0, sum = 0, floats = 0;
-  };
-  std::vector<Place> places;  ///< by channel
-  std::vector<Span> means;    ///< all channels of rule mean, neighbours in one
-  std::vector<int> others;    ///< channels that take something else of a sample
+  std::vector<Place> places;             ///< by channel
+  int means = 0;                         ///< floats of rule mean: the first of a sample, added to the first of the sums
+  std::vector<int> firsts, errors, ids;  ///< channels of those rules
   int sample_floats = 0, sums = 0, id_slots = 0, planes = 0, output_floats = 0;
   bool plain = true;  ///< nothing but means, all read as they are
 

@@ -217,8 +217,9 @@ TEST(Film, channels_follow_their_rules) {
   EXPECT_EQ(film->components(), 4 + 1 + 3 + 1 + 3);
   {
     TileWriter writer(*film, film->tiles().tile_at(5, 3));
-    writer.add(5, 3, std::vector<float>{1, 2, 0, 1, 7, 3, 0, 1, 2, 0, 0});
-    writer.add(5, 3, std::vector<float>{3, 2, 0, 1, 9, 1, 0, 1, 6, 1, 0});
+    // The means in order, then the rest.
+    writer.add(5, 3, std::vector<float>{1, 2, 0, 1, 3, 0, 1, 2, 0, 0, 7});
+    writer.add(5, 3, std::vector<float>{3, 2, 0, 1, 1, 0, 1, 6, 1, 0, 9});
   }
   const FilmTile tile = film->tile(film->tiles().tile_at(5, 3));
   const size_t pixel = size_t((3 - tile.rectangle.y) * tile.rectangle.width + 5 - tile.rectangle.x);
@@ -230,6 +231,27 @@ TEST(Film, channels_follow_their_rules) {
   EXPECT_EQ(part.pixels.size(), size_t(part.rectangle.width * part.rectangle.height * 2));
   EXPECT_EQ(part.pixels[2 * pixel], 7.0f);
   EXPECT_EQ(part.pixels[2 * pixel + 1], 0.5f);
+}
+
+TEST(Film, what_is_not_finite_in_a_pass_costs_the_picture_nothing) {
+  FilmSettings settings = small_settings();
+  settings.channels.push_back({.name = "pass", .components = 2});
+  const auto film = make_film(settings);
+  const int tile_index = film->tiles().tile_at(5, 3);
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  {
+    TileWriter writer(*film, tile_index);
+    writer.add(5, 3, std::vector<float>{1, 2, 3, 1, nan, 6});
+    writer.add(5, 3, std::vector<float>{3, 2, 1, 1, 4, -2});
+    writer.add(5, 3, std::vector<float>{nan, 2, 1, 1, 4, 2});  // this one's picture is bad
+  }
+  EXPECT_EQ(film->rejected_count(), 1u);
+  const FilmTile tile = film->tile(tile_index);
+  const size_t pixel = size_t((3 - tile.rectangle.y) * tile.rectangle.width + 5 - tile.rectangle.x);
+  const float* p = tile.pixels.data() + pixel * 6;
+  EXPECT_NEAR(p[0], 4.0f / 3.0f, 1e-6f);
+  EXPECT_NEAR(p[4], 4.0f / 3.0f, 1e-6f);
+  EXPECT_NEAR(p[5], 4.0f / 3.0f, 1e-6f);
 }
 
 TEST(Film, ids_are_ranked_by_coverage) {

@@ -77,15 +77,23 @@ bool is_of_shadows(PassKind kind) {
 }
 
 /// A group without lights is black: a number that no light has.
+constexpr uint16_t k_no_group = 0xffff;
+
 uint16_t group_number(const Scene& scene, const std::string& name) {
   if (name.empty()) return 0;
   const std::vector<std::string>& groups = scene.light_groups();
   const auto found = std::find(groups.begin(), groups.end(), name);
-  return static_cast<uint16_t>(found == groups.end() ? 0xffff : found - groups.begin() + 1);
+  return static_cast<uint16_t>(found == groups.end() ? k_no_group : found - groups.begin() + 1);
 }
 
 bool is_cryptomatte(PassKind kind) {
   return kind >= PassKind::cryptomatte_object && kind <= PassKind::cryptomatte_asset;
+}
+
+LobeClass class_of_pass(PassKind kind) {
+  if (kind == PassKind::diffuse_direct || kind == PassKind::diffuse_indirect) return LobeClass::diffuse;
+  return kind == PassKind::glossy_direct || kind == PassKind::glossy_indirect ? LobeClass::glossy
+                                                                              : LobeClass::transmission;
 }
 
 /// The kind of what a pass is divided by: scattered light by the colour of what scatters it.
@@ -152,9 +160,9 @@ std::shared_ptr<const PassPlan> PassPlan::create(const std::vector<PassRequest>&
   plan->compare_with_unshadowed();
   if (scene.has_shadow_catchers()) plan->catch_shadows(scene.has_mattes());
   plan->lay_out();
-  for (const FilmChannel& channel : plan->channels_) plan->looks_ = plan->looks_ || channel.rule == ChannelRule::first;
   for (const Pass& pass : plan->light_) {
     const bool direct_caustics = pass.kind == PassKind::caustics_direct;
+    plan->expressions_ = plan->expressions_ || pass.expression;
     plan->events_ = plan->events_ || pass.expression || direct_caustics || pass.kind == PassKind::caustics_indirect;
     plan->classes_ = plan->classes_ || direct_caustics || color_of(pass.kind);
   }
@@ -185,6 +193,112 @@ void PassPlan::lay_out() {
            pass.kind == PassKind::catcher_behind || (pass.kind == PassKind::without_shadow && !pass.group);
   };
   std::copy_if(data_.begin(), data_.end(), std::back_inserter(late_), is_late);
+  for (const Pass& pass : data_) {
+    switch (pass.kind) {
+      case PassKind::depth:
+      case PassKind::position:
+      case PassKind::object_index:
+      case PassKind::material_index:
+        looked_at_.push_back(pass);
+        break;
+      case PassKind::vector:
+      case PassKind::vector_weight:
+      case PassKind::normal:
+      case PassKind::uv:
+      case PassKind::denoising_normal:
+      case PassKind::denoising_depth:
+        first_.push_back(pass);
+        break;
+      case PassKind::aov_color:
+      case PassKind::aov_value:
+        aovs_.push_back(pass);
+        break;
+      case PassKind::shadow:
+        received_.push_back(pass);
+        break;
+      case PassKind::denoising_albedo:
+        albedos_.push_back(pass.sample);
+        [[fallthrough]];
+      case PassKind::diffuse_color:
+      case PassKind::glossy_color:
+      case PassKind::transmission_color:
+        albedo_ = true;
+        [[fallthrough]];
+      case PassKind::mist:
+      case PassKind::ambient_occlusion:
+      case PassKind::matte:
+      case PassKind::cryptomatte_object:
+      case PassKind::cryptomatte_asset:
+      case PassKind::cryptomatte_material:
+        seen_.push_back(pass);
+        break;
+      default:
+        break;
+    }
+  }
+  slots_ = slots_of(light_);
+  for (size_t i = 0; i < other_light_.size(); ++i) other_slots_[i] = slots_of(other_light_[i]);
+}
+
+PassPlan::LightSlots PassPlan::slots_of(const std::vector<Pass>& passes) {
+  LightSlots slots;
+  slots.techniques.fill(-1);
+  for (const Pass& pass : passes) {
+    if (pass.picture) continue;  // whole: comes at the end of a sample
+    // A kind that was asked for before has its slots taken.
+    bool taken = false;
+    const auto take = [&](int& slot) {
+      if (slot < 0)
+        slot = pass.sample;
+      else
+        taken = true;
+    };
+    const auto technique = [&](Technique t) { take(slots.techniques[static_cast<size_t>(t)]); };
+    switch (pass.kind) {
+      case PassKind::emission:
+        take(slots.emission);
+        break;
+      case PassKind::environment:
+        take(slots.environment);
+        break;
+      case PassKind::diffuse_direct:
+      case PassKind::glossy_direct:
+      case PassKind::transmission_direct:
+        take(slots.direct[static_cast<size_t>(class_of_pass(pass.kind))]);
+        break;
+      case PassKind::diffuse_indirect:
+      case PassKind::glossy_indirect:
+      case PassKind::transmission_indirect:
+        take(slots.indirect[static_cast<size_t>(class_of_pass(pass.kind))]);
+        break;
+      case PassKind::caustics_direct:
+        take(slots.caustics_direct);
+        break;
+      case PassKind::caustics_indirect:
+        take(slots.caustics_indirect);
+        break;
+      case PassKind::technique_unidirectional:
+        technique(Technique::emission_hit);
+        technique(Technique::next_event);
+        break;
+      case PassKind::technique_connection:
+        technique(Technique::connection);
+        technique(Technique::light_tracing);
+        break;
+      case PassKind::technique_merging:
+        technique(Technique::merging);
+        break;
+      case PassKind::light_group:
+        if (*pass.group == k_no_group) break;
+        if (slots.groups.size() <= *pass.group) slots.groups.resize(*pass.group + 1u, -1);
+        take(slots.groups[*pass.group]);
+        break;
+      default:
+        taken = true;
+    }
+    if (taken) slots.by_rule.push_back(pass);
+  }
+  return slots;
 }
 
 void PassPlan::add(const PassRequest& request, PassKind kind, FilmChannel channel, const Scene& scene, Report& report) {

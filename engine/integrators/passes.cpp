@@ -37,6 +37,7 @@ PassRecorder::PassRecorder(const PassPlan& plan, const Scene& scene)
       scene_(scene),
       light_(plan.light_),
       data_(plan.data_),
+      slots_(plan.slots_),
       values_(static_cast<size_t>(plan.layout_.sample_floats), 0.0f),
       classes_(plan.classes_),
       events_wanted_(plan.events_) {}
@@ -46,6 +47,7 @@ PassRecorder::PassRecorder(const PassPlan& plan, const Scene& scene, OtherPictur
       scene_(scene),
       light_(plan.other_light(picture)),
       data_(PassPlan::k_none),
+      slots_(plan.other_slots_[static_cast<size_t>(picture)]),
       values_(static_cast<size_t>(plan.layout_.sample_floats), 0.0f),
       mattes_(picture == OtherPicture::catcher_lit) {}
 
@@ -62,12 +64,13 @@ void PassRecorder::begin(int x, int y, uint32_t sample) {
   vertices_ = 0;
   events_ = {};
   saw_surface_ = on_matte_ = met_other_ = false;
-  if (sample == 0 && plan_.looks_ && !data_.empty()) look(x, y);
+  occlusion_ = Occlusion::done;
+  if (sample == 0 && !plan_.looked_at_.empty() && !data_.empty()) look(x, y);
 }
 
 /// What has no mean is that of the middle of the pixel: the first surface there that is opaque enough.
 void PassRecorder::look(int x, int y) {
-  for (const PassPlan::Pass& pass : data_)
+  for (const PassPlan::Pass& pass : plan_.looked_at_)
     if (pass.kind == PassKind::depth) *at(pass) = k_no_depth;
   const CameraRay middle =
       scene_.camera().sample_ray({static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f}, {0.5f, 0.5f});
@@ -85,7 +88,7 @@ void PassRecorder::look(int x, int y) {
     scene_.fill_shading_point(hit, binding, -ray.direction, found.t, cone, counts, point);
     binding.program->evaluate(point, scene_.textures(), bsdf);
     if (opaque_enough(binding, bsdf)) {
-      for (const PassPlan::Pass& pass : data_) look_at(pass, point);
+      for (const PassPlan::Pass& pass : plan_.looked_at_) look_at(pass, point);
       return;
     }
     cone.width_m += cone.spread * found.t;
@@ -112,137 +115,187 @@ bool PassRecorder::opaque_enough(const SurfaceBinding& binding, const Bsdf& bsdf
          1.0f - average(bsdf.transparency()) >= plan_.settings_.alpha_threshold;
 }
 
-void PassRecorder::visible(const SurfaceHit& hit, const SurfaceBinding& binding, const ShadingPoint& point,
-                           const Bsdf& bsdf, const Color& throughput) {
-  const float opacity = 1.0f - average(bsdf.transparency());
-  const float seen = average(throughput);
-  const bool first = !saw_surface_ && opaque_enough(binding, bsdf);
-  mean_normal_.reset();
-  for (const PassPlan::Pass& pass : data_) {
-    switch (pass.kind) {
-      case PassKind::diffuse_color:
-        add_to(pass, throughput * bsdf.class_albedo(LobeClass::diffuse, point.wi_world));
-        break;
-      case PassKind::glossy_color:
-        add_to(pass, throughput * bsdf.class_albedo(LobeClass::glossy, point.wi_world));
-        break;
-      case PassKind::transmission_color:
-        add_to(pass, throughput * bsdf.class_albedo(LobeClass::transmission, point.wi_world));
-        break;
-      case PassKind::denoising_albedo:
-        add_to(pass, throughput * (bsdf.emission() + bsdf.albedo(point.wi_world) - bsdf.transparency()));
-        break;
-      case PassKind::mist: {
-        // What is seen of the mist's opposite; finish() turns it round.
-        const Vec3 p = scene_.view().camera_from_world.point(point.p_world);
-        const float distance = scene_.view().perspective ? length(p) : std::fabs(p.z);
-        const float depth = plan_.settings_.mist_depth_m;
-        float mist = std::clamp((distance - plan_.settings_.mist_start_m) / (depth > 0.0f ? depth : 1e-6f), 0.0f, 1.0f);
-        mist = std::pow(mist, plan_.settings_.mist_exponent);
-        *at(pass) += (1.0f - mist) * seen * opacity;
-        break;
-      }
-      case PassKind::ambient_occlusion:
-        if (opacity > 0.0f) add_to(pass, Color(occlusion(hit, point) * seen * opacity));
-        break;
-      case PassKind::shadow: {
-        Color shadowed(0.0f), unshadowed(0.0f);
-        received(hit, point, bsdf, shadowed, unshadowed);
-        add_to(pass, throughput * shadowed);
-        add_to(pass.divisor, throughput * unshadowed);
-        break;
-      }
-      case PassKind::aov_color:
-      case PassKind::aov_value: {
-        const int aov = binding.program->find_aov(pass.aov);
-        float* to = at(pass);
-        const float weight = seen * opacity;
-        if (aov < 0 || weight == 0.0f) break;
-        if (pass.kind == PassKind::aov_color) to[3] += weight;
-        const Color value =
-            binding.program->aov(aov, pass.kind == PassKind::aov_value, point, scene_.textures()) * weight;
-        to[0] += value.x;
-        if (pass.kind == PassKind::aov_value) break;
-        to[1] += value.y;
-        to[2] += value.z;
-        break;
-      }
-      case PassKind::matte:
-        if (scene_.in_matte(point.object_index, pass.matte)) *at(pass) += seen * opacity;
-        break;
-      case PassKind::cryptomatte_object:
-        add_id(pass, scene_.ids(point.object_index).object, seen * opacity);
-        break;
-      case PassKind::cryptomatte_asset:
-        add_id(pass, scene_.ids(point.object_index).asset, seen * opacity);
-        break;
-      case PassKind::cryptomatte_material:
-        add_id(pass, binding.material_id, seen * opacity);
-        break;
-      default:
-        if (first) first_surface(pass, hit, point, bsdf, seen);
-    }
+void PassRecorder::evaluate(const SurfaceBinding& binding, const ShadingPoint& point, Bsdf& bsdf) {
+  const Program& program = *binding.program;
+  if (data_.empty() || plan_.aovs_.empty() || program.aov_count() == 0) {
+    program.evaluate(point, scene_.textures(), bsdf);
+    return;
   }
-  saw_surface_ = saw_surface_ || first;
+  aov_values_.resize(static_cast<size_t>(program.aov_count()));
+  program.evaluate_with_aovs(point, scene_.textures(), bsdf, aov_values_);
 }
 
-void PassRecorder::first_surface(const PassPlan::Pass& pass, const SurfaceHit& hit, const ShadingPoint& point,
-                                 const Bsdf& bsdf, float seen) {
-  float* to = at(pass);
-  const auto put = [&](const Vec3& v) {
-    to[0] = v.x;
-    to[1] = v.y;
-    to[2] = v.z;
-  };
-  const auto mean_normal = [&] {
-    if (mean_normal_) return *mean_normal_;
-    Vec3 sum(0.0f);
-    for (const Lobe& lobe : bsdf.lobes())
-      if (lobe.kind != LobeKind::transparent && lobe.kind != LobeKind::portal) sum += lobe.n * average(lobe.weight);
-    const Vec3 n = normalize(sum);
-    mean_normal_ = length_squared(n) > 0.0f && is_finite(n) ? n : point.ns_world;
-    return *mean_normal_;
-  };
+void PassRecorder::visible(const SurfaceHit& hit, const SurfaceBinding& binding, const ShadingPoint& point,
+                           const Bsdf& bsdf, const Color& throughput) {
+  if (data_.empty()) return;
+  const float opacity = 1.0f - average(bsdf.transparency());
+  const float seen = average(throughput);
+  const float cover = seen * opacity;
+  if (plan_.albedo_) albedos_ = bsdf.class_albedos(point.wi_world);
+  for (const PassPlan::Pass& pass : plan_.seen_) seen_surface(pass, hit, binding, point, bsdf, throughput, cover);
+  if (!plan_.aovs_.empty() && cover != 0.0f && binding.program->aov_count() > 0) add_aovs(*binding.program, cover);
+  if (!plan_.received_.empty() && !shared_) sample_received(hit, point, bsdf, throughput);
+  if (!saw_surface_ && opaque_enough(binding, bsdf)) {
+    if (!plan_.first_.empty()) first_surface(hit, point, bsdf, seen);
+    saw_surface_ = true;
+  }
+}
+
+void PassRecorder::seen_surface(const PassPlan::Pass& pass, const SurfaceHit& hit, const SurfaceBinding& binding,
+                                const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput, float cover) {
+  const auto albedo = [&](LobeClass c) { return albedos_.of[static_cast<size_t>(c)]; };
   switch (pass.kind) {
-    case PassKind::vector: {
-      // As in Cycles every sample that got here counts alike, whatever stands before.
-      const Vec4 motion = scene_.motion()->vector_px(hit, scene_.geometry().instance(hit.instance));
-      if (!std::isfinite(motion.x + motion.y + motion.z + motion.w)) break;
-      std::copy_n(&motion.x, 4, to);
+    case PassKind::diffuse_color:
+      add_to(pass, throughput * albedo(LobeClass::diffuse));
+      break;
+    case PassKind::glossy_color:
+      add_to(pass, throughput * albedo(LobeClass::glossy));
+      break;
+    case PassKind::transmission_color:
+      add_to(pass, throughput * albedo(LobeClass::transmission));
+      break;
+    case PassKind::denoising_albedo:
+      add_to(pass, throughput * (bsdf.emission() + albedos_.of[0] + albedos_.of[1] + albedos_.of[2]));
+      break;
+    case PassKind::mist: {
+      // What is seen of the mist's opposite; finish() turns it round.
+      const Vec3 p = scene_.view().camera_from_world.point(point.p_world);
+      const float distance = scene_.view().perspective ? length(p) : std::fabs(p.z);
+      const float depth = plan_.settings_.mist_depth_m, exponent = plan_.settings_.mist_exponent;
+      float mist = std::clamp((distance - plan_.settings_.mist_start_m) / (depth > 0.0f ? depth : 1e-6f), 0.0f, 1.0f);
+      mist = exponent == 2.0f ? mist * mist : exponent == 1.0f ? mist : std::pow(mist, exponent);
+      *at(pass) += (1.0f - mist) * cover;
       break;
     }
-    case PassKind::vector_weight:
-      *to = 1.0f;
+    case PassKind::ambient_occlusion:
+      if (cover > 0.0f) occlusion(hit, point, bsdf, cover);
       break;
-    case PassKind::denoising_depth:
-      *to = length(point.p_world - scene_.camera().origin()) * seen;
+    case PassKind::matte:
+      if (scene_.in_matte(point.object_index, pass.matte)) *at(pass) += cover;
       break;
-    case PassKind::normal:
-      put(mean_normal() * seen);
+    case PassKind::cryptomatte_object:
+      add_id(pass, scene_.ids(point.object_index).object, cover);
       break;
-    case PassKind::denoising_normal:
-      if (!bsdf.empty()) put(scene_.view().camera_from_world.vector(mean_normal()) * seen);
+    case PassKind::cryptomatte_asset:
+      add_id(pass, scene_.ids(point.object_index).asset, cover);
       break;
-    case PassKind::uv: {
-      const int uv = hit.mesh->find_uv({});
-      if (uv < 0) break;
-      const Vec4 value = hit.mesh->attribute(uv, hit.primitive, hit.barycentric);
-      put(Vec3(value.x, value.y, 1.0f) * seen);
+    case PassKind::cryptomatte_material:
+      add_id(pass, binding.material_id, cover);
       break;
-    }
     default:
       break;
   }
 }
 
+/// What evaluate() found at the surface.
+void PassRecorder::add_aovs(const Program& program, float cover) {
+  if (aovs_of_ != &program) {
+    aovs_of_ = &program;
+    aov_numbers_.clear();
+    for (const PassPlan::Pass& pass : plan_.aovs_) aov_numbers_.push_back(program.find_aov(pass.aov));
+  }
+  for (size_t i = 0; i < aov_numbers_.size(); ++i) {
+    if (aov_numbers_[i] < 0) continue;
+    const AovValue& value = aov_values_[static_cast<size_t>(aov_numbers_[i])];
+    const PassPlan::Pass& pass = plan_.aovs_[i];
+    if (pass.kind == PassKind::aov_value) {
+      *at(pass) += value.number * cover;
+    } else {
+      add_to(pass, value.color * cover);
+      at(pass)[3] += cover;
+    }
+  }
+}
+
+void PassRecorder::first_surface(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, float seen) {
+  std::optional<Vec3> known_normal;
+  const auto mean_normal = [&] {
+    if (known_normal) return *known_normal;
+    Vec3 sum(0.0f);
+    int count = 0;
+    const Lobe* last = nullptr;
+    for (const Lobe& lobe : bsdf.lobes())
+      if (lobe.kind != LobeKind::transparent && lobe.kind != LobeKind::portal) {
+        sum += lobe.n * average(lobe.weight);
+        last = &lobe;
+        ++count;
+      }
+    const Vec3 n = count == 1 ? last->n : normalize(sum);
+    known_normal = length_squared(n) > 0.0f && is_finite(n) ? n : point.ns_world;
+    return *known_normal;
+  };
+  for (const PassPlan::Pass& pass : plan_.first_) {
+    float* to = at(pass);
+    const auto put = [&](const Vec3& v) {
+      to[0] = v.x;
+      to[1] = v.y;
+      to[2] = v.z;
+    };
+    switch (pass.kind) {
+      case PassKind::vector: {
+        // As in Cycles every sample that got here counts alike, whatever stands before.
+        const Vec4 motion = scene_.motion()->vector_px(hit, scene_.geometry().instance(hit.instance));
+        if (!std::isfinite(motion.x + motion.y + motion.z + motion.w)) break;
+        std::copy_n(&motion.x, 4, to);
+        break;
+      }
+      case PassKind::vector_weight:
+        *to = 1.0f;
+        break;
+      case PassKind::denoising_depth:
+        *to = length(point.p_world - scene_.camera().origin()) * seen;
+        break;
+      case PassKind::normal:
+        put(mean_normal() * seen);
+        break;
+      case PassKind::denoising_normal:
+        if (!bsdf.empty()) put(scene_.view().camera_from_world.vector(mean_normal()) * seen);
+        break;
+      case PassKind::uv: {
+        const int uv = hit.mesh->find_uv({});
+        if (uv < 0) break;
+        const Vec4 value = hit.mesh->attribute(uv, hit.primitive, hit.barycentric);
+        put(Vec3(value.x, value.y, 1.0f) * seen);
+        break;
+      }
+      default:
+        break;
+    }
+  }
+}
+
 /// Whether a ray from the point, by the cosine, meets nothing within the distance that the world asks for.
-float PassRecorder::occlusion(const SurfaceHit& hit, const ShadingPoint& point) {
+void PassRecorder::occlusion(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, float cover) {
+  // A matte surface's own scattering is by the cosine too.
+  if (shared_ && occlusion_ == Occlusion::done && scene_.profile().alike_for_shadows && bsdf.lobes().size() == 1 &&
+      bsdf.lobes()[0].kind == LobeKind::diffuse && bsdf.lobes()[0].n == point.ns_world) {
+    occlusion_ = Occlusion::scattering;
+    occlusion_cover_ = cover;
+    occluded_ = hit;
+    return;
+  }
   const Vec2 u(random(), random());
   const Vec3 direction = Frame::from_normal(point.ns_world).to_world(sample_cosine_hemisphere(u));
-  if (!(dot(direction, point.ng_world) > 0.0f)) return 0.0f;
+  if (!(dot(direction, point.ng_world) > 0.0f)) return;
   const Vec3 origin = offset_origin(hit.p_world, hit.p_error, hit.ng_world, direction);
-  const Ray ray{origin, 0.0f, direction, plan_.settings_.ambient_occlusion_distance_m, k_visible_shadow};
-  return average(transmittance(ray));
+  add_occlusion(cover *
+                open({origin, 0.0f, direction, plan_.settings_.ambient_occlusion_distance_m, k_visible_shadow}));
+}
+
+void PassRecorder::add_occlusion(float amount) {
+  for (const PassPlan::Pass& pass : plan_.seen_)
+    if (pass.kind == PassKind::ambient_occlusion) add_to(pass, Color(amount));
+}
+
+/// How much of the light along the ray gets there.
+float PassRecorder::open(const Ray& ray) const { return average(transmittance(ray)); }
+
+void PassRecorder::next_ray(float t, const Program* met) {
+  occlusion_ = Occlusion::done;
+  if (!met || t > occlusion_ray_.t_max)
+    add_occlusion(occlusion_cover_);
+  else if (met->traits().may_be_transparent)
+    add_occlusion(occlusion_cover_ * open(occlusion_ray_));
 }
 
 /// As rays from what the camera sees meet it.
@@ -251,20 +304,56 @@ Color PassRecorder::transmittance(const Ray& ray, uint8_t blockers) const {
   return trace(scene_, ray, k_counts_behind_first, plan_.settings_.transparent_bounces, nullptr, blockers);
 }
 
-/// One sampled light with and without what stands before it.
-void PassRecorder::received(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, Color& shadowed,
-                            Color& unshadowed) {
-  if (!bsdf.has_non_delta() || scene_.lights().empty()) return;
+/// One sampled light with and without what stands before it, and an even world.
+void PassRecorder::sample_received(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf,
+                                   const Color& throughput) {
+  if (!bsdf.has_non_delta()) return;
+  if (scene_.lights().has_even_world()) receive_world(hit, point, bsdf, throughput);
+  if (scene_.lights().empty(EvenWorld::left_to_scattering)) return;
   const Vec2 u(random(), random());
   const LightSample light = scene_.lights().sample(hit.p_world, light_receiver_normal(bsdf, point.ng_world), u,
-                                                   scene_.light_choices(hit.instance, EvenWorld::sampled));
+                                                   scene_.light_choices(hit.instance, EvenWorld::left_to_scattering));
   if (!light || !(light.pdf_solid_angle > 0.0f) || !scene_.reaches(light.traits->linked.receivers, hit.instance))
     return;
-  const Color f = bsdf.eval(point.wi_world, light.direction_world, Transport::radiance, ReversePdf::no).f_cos;
-  unshadowed = f * scene_.sample_radiance(light, k_counts_behind_first) * (1.0f / light.pdf_solid_angle);
+  Color f = bsdf.eval(point.wi_world, light.direction_world, Transport::radiance, ReversePdf::no).f_cos;
+  if (light.traits->hidden_from & k_visible_scattered)
+    f *= share_that_sees(bsdf, point.wi_world, light.direction_world, light.traits->hidden_from,
+                         scene_.lights().kind(light.light) == LightKind::triangle);
+  const Color unshadowed =
+      throughput * f * scene_.sample_radiance(light, k_counts_behind_first) * (1.0f / light.pdf_solid_angle);
   if (is_black(unshadowed)) return;
-  shadowed = unshadowed;
-  if (light.traits->shadows) shadowed *= transmittance(shadow_ray(scene_, hit, light), light.traits->linked.blockers);
+  if (light.traits->shadows)
+    received(unshadowed * transmittance(shadow_ray(scene_, hit, light), light.traits->linked.blockers), unshadowed);
+  else
+    received(unshadowed, unshadowed);
+}
+
+/// A world that looks alike from all sides, by a ray that the surface scatters (LightSet: nothing finds it better).
+void PassRecorder::receive_world(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf,
+                                 const Color& throughput) {
+  const float choice = random();
+  const Vec2 u(random(), random());
+  const BsdfSample sample = bsdf.sample(point.wi_world, choice, u, Transport::radiance, ReversePdf::no);
+  constexpr uint8_t k_others = k_scatter_delta | k_scatter_transparent | k_scatter_subsurface | k_scatter_portal;
+  if (sample.event == k_scatter_none || (sample.event & k_others)) return;
+  BounceState bounces;
+  bounces.advance(sample.event, EventCounts{});
+  const PathCounts counts{bounces.ray_kind, 1, bounces.diffuse, bounces.glossy, bounces.transmission, 0};
+  Color unshadowed(0.0f);
+  scene_.lights().for_each_infinite(sample.wo_world, counts.ray_kind, [&](const LightHit& light) {
+    if (scene_.source_of(light.light) == LightSource::background)
+      unshadowed += throughput * sample.weight * scene_.light_radiance(light, counts);
+  });
+  if (is_black(unshadowed)) return;
+  const Ray ray = ray_from_surface(hit.p_world, hit.p_error, hit.ng_world, sample.wo_world, k_visible_shadow);
+  received(unshadowed * transmittance(ray), unshadowed);
+}
+
+void PassRecorder::received(const Color& shadowed, const Color& unshadowed) {
+  for (const PassPlan::Pass& pass : plan_.received_) {
+    add_to(pass, shadowed);
+    add_to(pass.divisor, unshadowed);
+  }
 }
 
 void PassRecorder::scattered(uint32_t instance, const Bsdf& bsdf, const Vec3& wi_world, const BsdfSample& sample) {
@@ -273,6 +362,12 @@ void PassRecorder::scattered(uint32_t instance, const Bsdf& bsdf, const Vec3& wi
     met_other_ = met_other_ || scene_.instance(instance).holdout;
   }
   const bool delta = sample.event & k_scatter_delta;
+  if (occlusion_ == Occlusion::scattering) {
+    occlusion_ = Occlusion::next_ray;
+    occlusion_ray_ =
+        ray_from_surface(occluded_.p_world, occluded_.p_error, occluded_.ng_world, sample.wo_world, k_visible_shadow);
+    occlusion_ray_.t_max = plan_.settings_.ambient_occlusion_distance_m;
+  }
   if (classes_ && vertices_ == 0)
     first_ =
         delta ? ClassShares::all_of(sample.event & k_scatter_transmission ? LobeClass::transmission : LobeClass::glossy)
@@ -282,6 +377,7 @@ void PassRecorder::scattered(uint32_t instance, const Bsdf& bsdf, const Vec3& wi
 }
 
 uint8_t PassRecorder::event_at(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world) {
+  if (const std::optional<uint8_t> only = bsdf.only_event(wi_world, wo_world)) return *only;
   return event_by_share(bsdf, wi_world, wo_world, random());
 }
 
@@ -292,10 +388,14 @@ void PassRecorder::met(const Color& value, LightSource source, uint16_t group) {
 }
 
 void PassRecorder::see_through(const Vec3& direction_world, const Color& throughput, const PathCounts& counts) {
+  if (slots_.environment < 0 && slots_.groups.empty() && slots_.by_rule.empty() && plan_.albedos_.empty()) return;
   scene_.lights().for_each_infinite(direction_world, counts.ray_kind, [&](const LightHit& hit) {
     const Color value = throughput * scene_.light_radiance(hit, counts);
+    const Color exposed = value * plan_.settings_.exposure;
     const PathSignature path{0, nullptr, {}, scene_.source_of(hit.light), hit.traits->group, Technique::emission_hit};
-    for (const PassPlan::Pass& pass : light_) {
+    if (path.source == LightSource::background) add_if(slots_.environment, exposed);
+    if (path.group < slots_.groups.size()) add_if(slots_.groups[path.group], exposed);
+    for (const PassPlan::Pass& pass : slots_.by_rule) {
       Color part;
       const bool shown = pass.kind == PassKind::environment || pass.group;
       if (shown && takes(pass, path, value, part)) add_to(pass, part * plan_.settings_.exposure);
@@ -305,8 +405,8 @@ void PassRecorder::see_through(const Vec3& direction_world, const Color& through
 }
 
 void PassRecorder::add_background_albedo(const Color& value) {
-  for (const PassPlan::Pass& pass : data_)
-    if (pass.kind == PassKind::denoising_albedo) add_to(pass, value);
+  if (data_.empty()) return;
+  for (const int albedo : plan_.albedos_) add_to(albedo, value);
 }
 
 bool PassRecorder::meets_other(const LightWalk& walk, int depth) const {
@@ -330,7 +430,8 @@ void PassRecorder::joined(const Color& value, uint32_t instance, const Bsdf& bsd
     here = bsdf.class_shares(wi_world, wo_world, Transport::radiance);
     path.first = &here;
   }
-  if (events_wanted_) {
+  // Paths of one event make no caustics.
+  if (events_wanted_ && (plan_.expressions_ || path.vertices > 1)) {
     path.events = events_;
     path.events.append(event_at(bsdf, wi_world, wo_world));
     path.events.append_packed(light_side.bits, light_side.count);
@@ -351,6 +452,7 @@ void PassRecorder::add_other(OtherPicture picture, const Color& radiance, float 
 std::span<const float> PassRecorder::finish(const Vec4& picture, const Color& behind) {
   const float all[4] = {picture.x, picture.y, picture.z, picture.w};
   std::copy_n(all, 4, values_.begin());
+  if (occlusion_ == Occlusion::next_ray) add_occlusion(occlusion_cover_ * open(occlusion_ray_));
   for (const PassPlan::Pass& pass : plan_.pictures_) std::copy_n(all, pass.kind == PassKind::noisy ? 4 : 3, at(pass));
   for (const PassPlan::Pass& pass : plan_.late_) {
     if (pass.kind == PassKind::mist) *at(pass) = 1.0f - *at(pass);
@@ -362,10 +464,6 @@ std::span<const float> PassRecorder::finish(const Vec4& picture, const Color& be
     if (pass.kind == PassKind::time)
       *at(pass) = std::chrono::duration<float, std::micro>(std::chrono::steady_clock::now() - start_).count();
   }
-  // What is not finite in a pass (a broken UV map) does not cost the picture its sample.
-  if (!all_finite(std::span(values_).subspan(4)))
-    for (size_t i = 4; i < values_.size(); ++i)
-      if (!std::isfinite(values_[i])) values_[i] = 0.0f;
   return values_;
 }
 
@@ -417,18 +515,27 @@ bool PassRecorder::takes(const PassPlan::Pass& pass, const PathSignature& path, 
   }
 }
 
-void PassRecorder::add(const Color& value, const PathSignature& path) {
-  for (const PassPlan::Pass& pass : light_) {
-    Color part;
-    if (!pass.picture && takes(pass, path, value, part)) add_to(pass, part * plan_.settings_.exposure);
+void PassRecorder::add(const Color& radiance, const PathSignature& path) {
+  const Color value = radiance * plan_.settings_.exposure;
+  if (path.vertices == 0) {
+    add_if(path.source == LightSource::background ? slots_.environment : slots_.emission, value);
+  } else {
+    const std::array<int, k_lobe_classes>& classes = path.vertices == 1 ? slots_.direct : slots_.indirect;
+    for (size_t c = 0; c < classes.size(); ++c)
+      if (classes[c] >= 0) add_to(classes[c], value * path.first->of[c]);
   }
-}
-
-void PassRecorder::add_to(int sample_float, const Color& value) {
-  float* to = values_.data() + sample_float;
-  to[0] += value.x;
-  to[1] += value.y;
-  to[2] += value.z;
+  if (path.group < slots_.groups.size()) add_if(slots_.groups[path.group], value);
+  add_if(slots_.techniques[static_cast<size_t>(path.technique)], value);
+  if (path.vertices > 1 && (slots_.caustics_direct >= 0 || slots_.caustics_indirect >= 0)) {
+    const int receiver = caustic_receiver(path);
+    // The receiver's own scattering counts by share, the events after it as they were chosen.
+    if (receiver > 0) add_if(slots_.caustics_indirect, value);
+    if (receiver == 0) add_if(slots_.caustics_direct, value * path.first->of[static_cast<size_t>(LobeClass::diffuse)]);
+  }
+  for (const PassPlan::Pass& pass : slots_.by_rule) {
+    Color part;
+    if (takes(pass, path, radiance, part)) add_to(pass, part * plan_.settings_.exposure);
+  }
 }
 
 void PassRecorder::add_id(const PassPlan::Pass& pass, float id, float weight) {

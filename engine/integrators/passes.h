@@ -147,6 +147,17 @@ class PassPlan {
     std::optional<LightPathExpression> expression = {};
   };
 
+  /// Where a contribution goes without looking through all passes: first floats of passes in a sample, -1: none asks.
+  struct LightSlots {
+    int emission = -1, environment = -1;
+    std::array<int, k_lobe_classes> direct{-1, -1, -1}, indirect{-1, -1, -1};
+    std::array<int, static_cast<size_t>(Technique::merging) + 1> techniques;
+    int caustics_direct = -1, caustics_indirect = -1;
+    std::vector<int> groups;    ///< by number of the light group
+    std::vector<Pass> by_rule;  ///< all other passes: each is asked
+  };
+  static LightSlots slots_of(const std::vector<Pass>& passes);
+
   void add(const PassRequest& request, PassKind kind, FilmChannel channel, const Scene& scene, Report& report);
   void divide(const Pass& pass);
   void compare_with_unshadowed();
@@ -165,12 +176,19 @@ class PassPlan {
   std::vector<Pass> light_;            ///< sums what paths bring
   std::vector<Pass> data_;             ///< shows what the camera sees, or how it was sampled
   std::vector<Pass> pictures_, late_;  ///< those of them that are known when the sample is done
+  std::vector<Pass> seen_, first_;     ///< those of data_ that surfaces which the camera sees have, or the first one
+  std::vector<Pass> looked_at_;        ///< those of rule first
+  std::vector<Pass> received_, aovs_;  ///< those of data_ of these kinds
+  std::vector<int> albedos_;           ///< floats of denoising_albedo, which the world has too
+  LightSlots slots_;
+  std::array<LightSlots, k_other_pictures> other_slots_;
   std::array<std::vector<Pass>, k_other_pictures> other_light_;  ///< as light_, of what paths bring in another picture
   FilmLayout layout_;
   std::array<int, k_other_pictures> other_channels_{-1, -1, -1};
   bool events_ = false;
-  bool classes_ = false;  ///< some pass asks which class of lobes scattered at x_1
-  bool looks_ = false;    ///< some channel has rule first
+  bool classes_ = false;      ///< some pass asks which class of lobes scattered at x_1
+  bool albedo_ = false;       ///< some pass asks for albedos
+  bool expressions_ = false;  ///< some pass asks for all events
   bool timed_ = false;
 };
 
@@ -186,6 +204,10 @@ struct PathSignature {
 };
 
 /// One thread's: follows one sample at a time.
+///
+/// A kernel that does next event at the first surface, and whose walk goes on from there, may share both: what its
+/// light and its next ray show are the light received and the occlusion that passes ask for (share()). Else the
+/// recorder samples a light and traces rays of its own.
 class PassRecorder {
  public:
   /// Keeps references.
@@ -193,11 +215,24 @@ class PassRecorder {
   /// For the parts (PassPlan::wants_parts) of another picture of `scene`: it records light alone.
   PassRecorder(const PassPlan& plan, const Scene& scene, OtherPicture picture);
 
+  /// The kernel will tell received() of all lights that it samples at a surface that the camera sees, of the even world
+  /// that its next ray meets, and next_ray().
+  void share() { shared_ = true; }
+  bool wants_received() const { return !plan_.received_.empty(); }
+
   // --- The camera walk, in this order -------------------------------------------------------------------------------
   void begin(int x, int y, uint32_t sample);
+  /// Runs the program at a surface that the camera sees, for the passes too.
+  void evaluate(const SurfaceBinding& binding, const ShadingPoint& point, Bsdf& bsdf);
   /// A surface that the camera sees: directly or through transparent ones, whose transmittance is `throughput`.
   void visible(const SurfaceHit& hit, const SurfaceBinding& binding, const ShadingPoint& point, const Bsdf& bsdf,
                const Color& throughput);
+  /// Light that a sampled light sends to the surface just seen and on to the camera, with what stands before the light
+  /// and without; throughput included.
+  void received(const Color& shadowed, const Color& unshadowed);
+  /// The walk's next ray: what it met (null: nothing) at distance t. Asked for by waits_for_ray().
+  void next_ray(float t, const Program* met);
+  bool waits_for_ray() const { return occlusion_ == Occlusion::next_ray; }
   /// The walk scattered at its next vertex, on `instance`.
   void scattered(uint32_t instance, const Bsdf& bsdf, const Vec3& wi_world, const BsdfSample& sample);
   /// Light that the walk met.
@@ -242,16 +277,30 @@ class PassRecorder {
   static bool takes(const PassPlan::Pass& pass, const PathSignature& path, const Color& value, Color& part);
   void add(const Color& value, const PathSignature& path);
   void add_to(const PassPlan::Pass& pass, const Color& value) { add_to(pass.sample, value); }
-  void add_to(int sample_float, const Color& value);
+  void add_to(int sample_float, const Color& value) {
+    float* to = values_.data() + sample_float;
+    to[0] += value.x;
+    to[1] += value.y;
+    to[2] += value.z;
+  }
+  /// @param sample_float -1: nowhere
+  void add_if(int sample_float, const Color& value) {
+    if (sample_float >= 0) add_to(sample_float, value);
+  }
   void add_background_albedo(const Color& value);
   void add_id(const PassPlan::Pass& pass, float id, float weight);
-  void first_surface(const PassPlan::Pass& pass, const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf,
-                     float seen);
+  void seen_surface(const PassPlan::Pass& pass, const SurfaceHit& hit, const SurfaceBinding& binding,
+                    const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput, float cover);
+  void first_surface(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, float seen);
+  void add_aovs(const Program& program, float cover);
   void look(int x, int y);
   void look_at(const PassPlan::Pass& pass, const ShadingPoint& point);
   bool opaque_enough(const SurfaceBinding& binding, const Bsdf& bsdf) const;
-  float occlusion(const SurfaceHit& hit, const ShadingPoint& point);
-  void received(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, Color& shadowed, Color& unshadowed);
+  void occlusion(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, float cover);
+  void add_occlusion(float amount);
+  float open(const Ray& ray) const;
+  void receive_world(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput);
+  void sample_received(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput);
   /// @param blockers LinkSets' of the light at its end
   Color transmittance(const Ray& ray, uint8_t blockers = 0) const;
   const Color& other(OtherPicture picture) const { return others_[static_cast<size_t>(picture)]; }
@@ -260,9 +309,11 @@ class PassRecorder {
   const PassPlan& plan_;
   const Scene& scene_;
   const std::vector<PassPlan::Pass>&light_, &data_;  ///< those that this records
+  const PassPlan::LightSlots& slots_;
   std::vector<float> values_;
   const bool classes_ = false, events_wanted_ = false;  ///< as PassPlan's
   const bool mattes_ = false;                           ///< follows what is brought to mattes
+  bool shared_ = false;
   uint32_t random_state_ = 0;
   std::chrono::steady_clock::time_point start_;
   std::array<Color, k_other_pictures> others_{Color(0.0f), Color(0.0f), Color(0.0f)};
@@ -272,8 +323,16 @@ class PassRecorder {
   ClassShares first_;  ///< at x_1
   EventSequence events_;
   bool on_matte_ = false, met_other_ = false;  ///< x_1 is on a matte; an object that is none has scattered the walk
-  std::optional<Vec3> mean_normal_;            ///< of the surface that is seen, once asked for
   bool saw_surface_ = false;                   ///< one that is opaque enough for normals, UVs...
+  ClassAlbedos albedos_;                       ///< of the surface that is seen
+  std::vector<AovValue> aov_values_;
+  const Program* aovs_of_ = nullptr;  ///< what aov_numbers_ are of
+  std::vector<int> aov_numbers_;      ///< by PassPlan::aovs_
+  /// Ambient occlusion by the walk's own next ray: where it is lost, the same ray is traced.
+  enum class Occlusion : uint8_t { done, scattering, next_ray } occlusion_ = Occlusion::done;
+  SurfaceHit occluded_;  ///< where
+  Ray occlusion_ray_;
+  float occlusion_cover_ = 0.0f;
 };
 
 }  // namespace lambent

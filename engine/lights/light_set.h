@@ -63,6 +63,8 @@ class LightSet {
   size_t sampled_lights() const { return sampled_; }
   size_t triangle_count() const { return triangles_.size(); }
   bool has_infinite_lights() const { return !infinite_.empty(); }
+  /// The world is a light that EvenWorld::left_to_scattering leaves out.
+  bool has_even_world() const { return has_even_world_; }
   /// True if intersect() can ever find anything: lamps with a size.
   bool has_visible_lamps() const { return !lamp_bvh_.empty(); }
   size_t bytes() const;

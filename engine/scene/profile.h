@@ -25,9 +25,10 @@ struct SceneProfile {
   bool lamps = false;        ///< lights other than meshes and the world
   bool textures = false;
   bool depth_of_field = false;
-  bool subsurface = false;      ///< some material scatters under its surface
-  bool light_linking = false;   ///< some light does not reach everything
-  bool shadow_linking = false;  ///< some light is not blocked by everything
+  bool subsurface = false;        ///< some material scatters under its surface
+  bool light_linking = false;     ///< some light does not reach everything
+  bool shadow_linking = false;    ///< some light is not blocked by everything
+  bool alike_for_shadows = true;  ///< what rays from diffuse surfaces see is what shadow rays see
 
   KernelProfile kernel() const { return transparency ? KernelProfile::surfaces : KernelProfile::solid; }
 };

@@ -364,6 +364,9 @@ void SceneBuilder::State::find_profile(Build& build) {
     profile.differentials = profile.differentials || traits.needs_differentials;
     profile.subsurface = profile.subsurface || traits.subsurface;
   }
+  for (const GeometryObject& object : build.geometry_objects)
+    profile.alike_for_shadows =
+        profile.alike_for_shadows && !(object.visibility & k_ray_diffuse) == !(object.visibility & k_ray_shadow);
   profile.textures = !images.empty();
   profile.depth_of_field = build.scene->camera_.lens_radius_m() > 0.0f;
 }

@@ -68,6 +68,11 @@ struct ClassShares {
   }
 };
 
+/// Albedo of each class of lobes, indexed by LobeClass.
+struct ClassAlbedos {
+  Color of[k_lobe_classes] = {Color(0.0f), Color(0.0f), Color(0.0f)};
+};
+
 inline constexpr int k_max_lobes = 12;
 
 /// The lobes of one shading point: class Bsdf in bsdf_set.h; the kinds of lobe and their parameters: lobe.h.

@@ -437,6 +437,30 @@ BsdfEval Bsdf::eval_delta(int index, const Vec3& wi_world, const Vec3& wo_world,
   return result;
 }
 
+std::optional<LobeClass> Bsdf::only_class(const Vec3& wi_world, const Vec3& wo_world) const {
+  std::optional<LobeClass> only;
+  for (const Lobe& lobe : lobes()) {
+    if (is_delta(lobe)) continue;
+    const bool transmitted = dot(lobe.n, wi_world) * dot(lobe.n, wo_world) < 0.0f;
+    const LobeClass one = class_of(lobe.kind, transmitted);
+    if (only && *only != one) return std::nullopt;
+    only = one;
+  }
+  return only;
+}
+
+std::optional<uint8_t> Bsdf::only_event(const Vec3& wi_world, const Vec3& wo_world) const {
+  std::optional<uint8_t> only;
+  for (const Lobe& lobe : lobes()) {
+    if (is_delta(lobe)) continue;
+    const bool transmitted = dot(lobe.n, wi_world) * dot(lobe.n, wo_world) < 0.0f;
+    const uint8_t one = event_of(lobe, transmitted);
+    if (only && *only != one) return std::nullopt;
+    only = one;
+  }
+  return only;
+}
+
 EventShares Bsdf::event_shares(const Vec3& wi_world, const Vec3& wo_world) const {
   EventShares result;
   const Shares& selected = shares(wi_world);
@@ -461,6 +485,7 @@ EventShares Bsdf::event_shares(const Vec3& wi_world, const Vec3& wo_world) const
 }
 
 ClassShares Bsdf::class_shares(const Vec3& wi_world, const Vec3& wo_world, Transport transport) const {
+  if (const std::optional<LobeClass> only = only_class(wi_world, wo_world)) return ClassShares::all_of(*only);
   ClassShares result;
   Color total(0.0f);
   for (int i = 0; i < count_; ++i) {
@@ -480,20 +505,21 @@ ClassShares Bsdf::class_shares(const Vec3& wi_world, const Vec3& wo_world, Trans
   return result;
 }
 
-Color Bsdf::class_albedo(LobeClass lobe_class, const Vec3& wi_world) const {
-  Color sum(0.0f);
-  for (int i = 0; i < count_; ++i) {
-    const Lobe& lobe = lobes_[i];
+ClassAlbedos Bsdf::class_albedos(const Vec3& wi_world) const {
+  ClassAlbedos result;
+  for (const Lobe& lobe : lobes()) {
     if (lobe.kind == LobeKind::transparent || lobe.kind == LobeKind::portal) continue;
     const float cos_view = dot(lobe.n, wi_world);
-    if (lobe.kind == LobeKind::glass && lobe_class != LobeClass::diffuse) {
+    if (lobe.kind == LobeKind::glass) {
       const GlassFacet facet(lobe, std::fabs(cos_view), cos_view > 0.0f ? lobe.eta : 1.0f / lobe.eta);
-      sum += lobe.weight * (lobe_class == LobeClass::glossy ? facet.reflected : facet.transmitted);
-    } else if (class_of(lobe.kind, transmits_alone(lobe.kind)) == lobe_class) {
-      sum += lobe.weight * lobe_albedo(lobe, cos_view);
+      result.of[static_cast<int>(LobeClass::glossy)] += lobe.weight * facet.reflected;
+      result.of[static_cast<int>(LobeClass::transmission)] += lobe.weight * facet.transmitted;
+    } else {
+      result.of[static_cast<int>(class_of(lobe.kind, transmits_alone(lobe.kind)))] +=
+          lobe.weight * lobe_albedo(lobe, cos_view);
     }
   }
-  return sum;
+  return result;
 }
 
 Color Bsdf::albedo(const Vec3& wi_world) const {

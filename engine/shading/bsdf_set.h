@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 
 #include "engine/shading/bsdf.h"
@@ -78,8 +79,12 @@ class Bsdf {
 
   /// Of eval()'s f_cos for a pair: what part each class of lobes has, all to glossy where f is 0. For passes.
   ClassShares class_shares(const Vec3& wi_world, const Vec3& wo_world, Transport transport) const;
-  /// Estimate of the directional albedo of one class of lobes towards wi.
-  Color class_albedo(LobeClass lobe_class, const Vec3& wi_world) const;
+  /// Estimates of the directional albedo of each class of lobes towards wi, without what is transparent.
+  ClassAlbedos class_albedos(const Vec3& wi_world) const;
+  /// The class, and the event, that all lobes but deltas have for a pair, told without evaluating them; none if they
+  /// have different ones or there are none.
+  std::optional<LobeClass> only_class(const Vec3& wi_world, const Vec3& wo_world) const;
+  std::optional<uint8_t> only_event(const Vec3& wi_world, const Vec3& wo_world) const;
 
   /// A lobe has a density, so that next-event estimation is worth a ray.
   bool has_non_delta() const { return has_non_delta_; }

@@ -391,21 +391,34 @@ void Compiler::add_closure(ClosureUse use, const Value& weight, const std::vecto
                                program_->closures.back().kind != ClosureKind::holdout;
 }
 
-bool Compiler::add_aov(int index) {
-  AovCode& aov = program_->aovs.emplace_back();
-  aov.name = text(index, "aov", "");
+void Compiler::add_aov(int index) {
   const Value color = this->color(index, "Color", Color(0.0f), 0);
   const Value value = number(index, "Value", 0.0f, 0);
-  const auto generate = [&](const Value& r, const Value& g, const Value& b, Code& code) {
+  const auto add = [&](const Value& r, const Value& g, const Value& b) {
     ClosureUse use;
     use.kind = ClosureKind::emission;
     use.parameter_count = 3;
-    const auto closure = static_cast<uint32_t>(program_->closures.size());
+    aovs_.push_back({static_cast<uint32_t>(program_->closures.size()), {expressions_.number(1.0f), r, g, b}});
     program_->closures.push_back(use);
-    return expressions_.generate({{closure, {expressions_.number(1.0f), r, g, b}}}, code);
   };
-  const auto channel = [&](int k) { return expressions_.part(color, k, 1); };
-  return generate(channel(0), channel(1), channel(2), aov.color) && generate(value, value, value, aov.value);
+  add(expressions_.part(color, 0, 1), expressions_.part(color, 1, 1), expressions_.part(color, 2, 1));
+  add(value, value, value);
+  program_->aovs.push_back(text(index, "aov", ""));
+}
+
+/// The surface's code with the AOVs; those that do not fit are left out.
+void Compiler::generate_aovs() {
+  std::vector<Expressions::Closure> all = surface_;
+  all.insert(all.end(), aovs_.begin(), aovs_.end());
+  for (; !program_->aovs.empty(); all.resize(all.size() - 2), program_->aovs.pop_back()) {
+    program_->surface_with_aovs = {};
+    if (expressions_.generate(all, program_->surface_with_aovs)) break;
+    report_.warning("unsupported", name_,
+                    "The AOV '" + program_->aovs.back() + "' of '" + name_ +
+                        "' is left out: what leads to it is too large, so that its passes stay black.");
+  }
+  for (const Instruction& instruction : program_->surface_with_aovs.instructions)
+    program_->traits.casts_rays |= casts_rays(instruction.op);
 }
 
 // --- The whole -----------------------------------------------------------------------------------------------------
@@ -526,13 +539,12 @@ std::shared_ptr<const Program> Compiler::compile() {
       graph_.displacement_method != DisplacementMethod::displacement)
     add_bump();
   if (graph_.surface) add_closures(*graph_.surface, expressions_.number(1.0f));
+  program_->first_aov_closure = static_cast<uint32_t>(program_->closures.size());
   for (const int index : graph_.aovs)
-    if (subject_ == Subject::world) {
+    if (subject_ == Subject::world)
       warn_unsupported(index, "passes do not show what worlds give them: they are black there");
-    } else if (!add_aov(index)) {
-      program_->aovs.pop_back();
-      warn_unsupported(index, "what leads to it is too large, so that its passes stay black");
-    }
+    else
+      add_aov(index);
   return finish();
 }
 
@@ -569,9 +581,7 @@ std::shared_ptr<const Program> Compiler::finish() {
       const bool layered = closure_depends_on_view(use.kind) && !use.constant;
       traits.view_dependent |= layered || expressions_.depends_on(closure.operands, reads_view);
     }
-  for (const AovCode& aov : program_->aovs)
-    for (const Code* code : {&aov.color, &aov.value})
-      for (const Instruction& instruction : code->instructions) traits.casts_rays |= casts_rays(instruction.op);
+  if (!program_->aovs.empty()) generate_aovs();
   if (traits.emits) {
     traits.constant_emission = true;
     Color sum(0.0f);

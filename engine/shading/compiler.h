@@ -101,8 +101,9 @@ class Compiler {
                    const std::vector<Value>& parameters);
 
  private:
-  /// Adds what an AOV output node shows; false if it takes too many registers.
-  bool add_aov(int node);
+  /// Adds what an AOV output node shows.
+  void add_aov(int node);
+  void generate_aovs();
   /// Makes the displacement the default normal's bump.
   void add_bump();
   const GraphValue* find_input(int node, const char* socket) const;
@@ -132,7 +133,8 @@ class Compiler {
   std::set<std::pair<int, std::string>> reported_;
   std::map<std::string, uint32_t> texture_indices_;
   std::vector<Expressions::Closure> surface_, transparency_, emission_;
-  Value bumped_normal_;  ///< of a displacement used as bump; expression < 0: none
+  std::vector<Expressions::Closure> aovs_;  ///< two each: color, number
+  Value bumped_normal_;                     ///< of a displacement used as bump; expression < 0: none
 };
 
 /// Definitions of closure nodes. False if the type is not a closure.

@@ -1,5 +1,7 @@
 #include "engine/shading/program.h"
 
+#include <algorithm>
+
 #include "engine/shading/lobe_functions.h"
 #include "engine/shading/node_math.h"
 #include "engine/shading/program_data.h"
@@ -130,19 +132,42 @@ Color sum_closure(const ProgramData& program, const Instruction& instruction, co
   return is_finite(color) ? color : Color(0.0f);
 }
 
-template <int registers_count>
-void run_surface(const ProgramData& program, const ShadingPoint& point, const TextureSystem* textures, Bsdf& bsdf) {
+/// @param aovs null: the code has none
+template <int registers_count, bool with_aovs>
+void run_surface(const ProgramData& program, const Code& code, const ShadingPoint& point, const TextureSystem* textures,
+                 Bsdf& bsdf, AovValue* aovs) {
   float registers[registers_count];
   SurfaceSink sink{bsdf, point, Vec3(0.0f), false};
-  for (const Instruction& instruction : program.surface.instructions) {
+  for (const Instruction& instruction : code.instructions) {
     if (instruction.op != Op::closure) {
       run_instruction(program, instruction, point, textures, registers);
+    } else if (with_aovs && instruction.data >= program.first_aov_closure) {
+      const uint32_t number = instruction.data - program.first_aov_closure;
+      const Operand* const operand = program.operands.data() + instruction.operands;  // a weight of 1 first
+      Color value;
+      for (int k = 0; k < 3; ++k) value[k] = *at(program, registers, operand[k + 1]);
+      if (!is_finite(value)) value = Color(0.0f);
+      if (number % 2 == 0)
+        aovs[number / 2].color = value;
+      else
+        aovs[number / 2].number = value.x;
     } else if (program.closures[instruction.data].kind == ClosureKind::emission) {
       bsdf.add_emission(sum_closure(program, instruction, registers, point, Ask::emission));
     } else {
       add_closure(program, instruction, registers, sink);
     }
   }
+}
+
+template <bool with_aovs>
+void run_surface(const ProgramData& program, const Code& code, const ShadingPoint& point, const TextureSystem* textures,
+                 Bsdf& bsdf, AovValue* aovs) {
+  if (code.register_floats <= 64)
+    run_surface<64, with_aovs>(program, code, point, textures, bsdf, aovs);
+  else if (code.register_floats <= 512)
+    run_surface<512, with_aovs>(program, code, point, textures, bsdf, aovs);
+  else
+    run_surface<k_max_registers, with_aovs>(program, code, point, textures, bsdf, aovs);
 }
 
 template <int registers_count>
@@ -177,13 +202,14 @@ std::span<const AttributeRequest> Program::attribute_requests() const { return d
 void Program::evaluate(const ShadingPoint& point, const TextureSystem* textures, Bsdf& bsdf) const {
   bsdf.begin(point);
   bsdf.set_bump_shadowing(data_->bump_shadowing);
-  const int floats = data_->surface.register_floats;
-  if (floats <= 64)
-    run_surface<64>(*data_, point, textures, bsdf);
-  else if (floats <= 512)
-    run_surface<512>(*data_, point, textures, bsdf);
-  else
-    run_surface<k_max_registers>(*data_, point, textures, bsdf);
+  run_surface<false>(*data_, data_->surface, point, textures, bsdf, nullptr);
+}
+
+void Program::evaluate_with_aovs(const ShadingPoint& point, const TextureSystem* textures, Bsdf& bsdf,
+                                 std::span<AovValue> aovs) const {
+  bsdf.begin(point);
+  bsdf.set_bump_shadowing(data_->bump_shadowing);
+  run_surface<true>(*data_, data_->surface_with_aovs, point, textures, bsdf, aovs.data());
 }
 
 Color Program::transparency(const ShadingPoint& point, const TextureSystem* textures) const {
@@ -231,15 +257,11 @@ bool same_displacement(const Program& a, const Program& b) {
          x.bump_filter_width == y.bump_filter_width;
 }
 
-int Program::find_aov(std::string_view name) const {
-  for (size_t i = 0; i < data_->aovs.size(); ++i)
-    if (data_->aovs[i].name == name) return static_cast<int>(i);
-  return -1;
-}
+int Program::aov_count() const { return static_cast<int>(data_->aovs.size()); }
 
-Color Program::aov(int index, bool number, const ShadingPoint& point, const TextureSystem* textures) const {
-  const AovCode& aov = data_->aovs[static_cast<size_t>(index)];
-  return sum_code(*data_, number ? aov.value : aov.color, point, textures, Ask::emission);
+int Program::find_aov(std::string_view name) const {
+  const auto found = std::find(data_->aovs.begin(), data_->aovs.end(), name);
+  return found == data_->aovs.end() ? -1 : static_cast<int>(found - data_->aovs.begin());
 }
 
 std::vector<TextureHandle> Program::images() const {
@@ -251,10 +273,9 @@ std::vector<TextureHandle> Program::images() const {
 
 size_t Program::bytes() const {
   size_t sum = sizeof(*this) + sizeof(ProgramData);
-  for (const Code* code : {&data_->surface, &data_->transparency, &data_->emission, &data_->displacement})
+  for (const Code* code :
+       {&data_->surface, &data_->surface_with_aovs, &data_->transparency, &data_->emission, &data_->displacement})
     sum += code->instructions.capacity() * sizeof(Instruction);
-  for (const AovCode& aov : data_->aovs)
-    sum += (aov.color.instructions.capacity() + aov.value.instructions.capacity()) * sizeof(Instruction);
   sum += data_->operands.capacity() * sizeof(Operand) + data_->constants.capacity() * sizeof(float);
   sum += data_->textures.capacity() * sizeof(TextureUse) + data_->closures.capacity() * sizeof(ClosureUse);
   for (const std::vector<float>& table : data_->tables) sum += table.capacity() * sizeof(float);

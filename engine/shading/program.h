@@ -47,6 +47,12 @@ struct ProgramTraits {
   Vec3 sun_direction_world{0, 0, 1};
 };
 
+/// What one AOV output node gives at a point.
+struct AovValue {
+  Color color{0.0f};
+  float number = 0.0f;
+};
+
 class ProgramData;  // the code and its constants; program_data.h
 
 /// Immutable, shared by threads. Evaluation allocates nothing; see program.cpp for the interpreter.
@@ -75,8 +81,10 @@ class Program {
 
   /// The AOV of that name that the graph writes: its number, -1 if there is none.
   int find_aov(std::string_view name) const;
-  /// Value of AOV number `index`: its colour, or its number three times.
-  Color aov(int index, bool number, const ShadingPoint& point, const TextureSystem* textures) const;
+  int aov_count() const;
+  /// As evaluate(), and what all AOVs of the graph are there, in the same run of the nodes. @param aovs [aov_count()]
+  void evaluate_with_aovs(const ShadingPoint& point, const TextureSystem* textures, Bsdf& bsdf,
+                          std::span<AovValue> aovs) const;
 
   /// The images that it may look up.
   std::vector<TextureHandle> images() const;

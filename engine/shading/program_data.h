@@ -261,16 +261,14 @@ struct Code {
   int register_floats = 0;
 };
 
-/// What one AOV output node gives: sums of emission closures, since that is what a colour by itself is.
-struct AovCode {
-  std::string name;
-  Code color, value;
-};
-
 class ProgramData {
  public:
   Code surface, transparency, emission;
-  std::vector<AovCode> aovs;
+  /// AOV output nodes by name, and what computes them with the surface: two emission closures each, its colour and its
+  /// number three times, from `first_aov_closure` on; for a colour by itself is what those sum.
+  std::vector<std::string> aovs;
+  Code surface_with_aovs;
+  uint32_t first_aov_closure = 0;
   Code displacement;
   bool displaces_in_object_space = false;  ///< what `displacement` gives; else in world space
   bool world = false;

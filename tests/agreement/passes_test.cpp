@@ -45,7 +45,7 @@ SceneMaker with_passes(SceneMaker maker, int64_t samples) {
   for (const std::string scattered : k_scattered)
     for (const char* part : {"_direct", "_indirect", "_color"})
       passes.push_back({scattered + part, scattered + part, ""});
-  for (const char* kind : {"emission", "environment", "caustics_direct", "caustics_indirect",
+  for (const char* kind : {"emission", "environment", "ambient_occlusion", "caustics_direct", "caustics_indirect",
                            "technique_unidirectional", "technique_connection", "technique_merging"})
     passes.push_back({kind, kind, ""});
   for (const char* group : {"even", "odd", ""})

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Everything that moves over a picture, for the Vector pass: a camera that travels and turns, an object that travels, one that
-turns and grows, instances that travel with their instancer, a mesh that a shape key deforms, one that a modifier bends while it
+turns and grows, instances that travel with their instancer, instances of geometry nodes, a curve that grows, a mesh that a shape key deforms, one that a modifier bends while it
 travels, a half-transparent thing in front, and things that stand still; the world behind. At frame 5, between keys."""
 
 import pathlib
@@ -61,6 +61,55 @@ def add_objects(scene):
     instancer.instance_type, instancer.instance_collection = "COLLECTION", instanced
     scene.collection.objects.link(instancer)
     animate(instancer, "location", (-2.2, -1.0, 0.2), (-1.4, -1.2, 0.7))
+    add_node_instances(scene, grey)
+    add_curve(scene, red)
+
+
+def new_node_group(name):
+    """A geometry node tree with an input and an output of geometry."""
+    group = bpy.data.node_groups.new(name, "GeometryNodeTree")
+    for way in ("INPUT", "OUTPUT"):
+        if hasattr(group, "interface"):
+            group.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+        else:
+            (group.inputs if way == "INPUT" else group.outputs).new("NodeSocketGeometry", "Geometry")
+    return group
+
+
+def add_node_instances(scene, material):
+    """A line of boxes that geometry nodes place on points, which nodes move apart while their object travels."""
+    piece = blocks.place(scene, blocks.box("Node Piece", (0.22, 0.22, 0.22)), material, (0, 9, 0), name="Node Piece")
+    group = new_node_group("Spread")
+    nodes, links = group.nodes, group.links
+    info, points, output = nodes.new("GeometryNodeObjectInfo"), nodes.new("GeometryNodeInstanceOnPoints"), nodes.new("NodeGroupOutput")
+    info.inputs["Object"].default_value = piece
+    info.inputs["As Instance"].default_value = True
+    moved = nodes.new("GeometryNodeTranslateInstances")
+    links.new(nodes.new("NodeGroupInput").outputs[0], points.inputs["Points"])
+    links.new(info.outputs["Geometry"], points.inputs["Instance"])
+    links.new(points.outputs["Instances"], moved.inputs["Instances"])
+    links.new(moved.outputs["Instances"], output.inputs[0])
+    animate(moved.inputs["Translation"], "default_value", (0, 0, -0.2), (0, 0.3, 0.5))
+    row = bpy.data.meshes.new("Row")
+    row.from_pydata([(0.45 * i, 0, 0) for i in range(4)], [], [])
+    owner = blocks.place(scene, row, material, (-0.3, 1.5, 1.3), name="Row")
+    owner.modifiers.new("Spread", "NODES").node_group = group
+    animate(owner, "location", (-0.6, 1.5, 1.2), (0.3, 1.4, 1.4))
+
+
+def add_curve(scene, material):
+    """A bevelled curve that travels while its bevel grows: a mesh of other vertices in each frame."""
+    curve = bpy.data.curves.new("Wire", "CURVE")
+    curve.dimensions, curve.bevel_depth = "3D", 0.08
+    spline = curve.splines.new("POLY")
+    spline.points.add(2)
+    for point, place in zip(spline.points, ((0, 0, 0, 1), (0.5, 0.2, 0.3, 1), (1.0, 0, 0, 1))):
+        point.co = place
+    curve.materials.append(material)
+    wire = bpy.data.objects.new("Wire", curve)
+    scene.collection.objects.link(wire)
+    animate(wire, "location", (-2.4, 1.4, 0.9), (-1.8, 1.4, 1.2))
+    animate(curve, "bevel_depth", 0.05, 0.15)
 
 
 def veil_material():

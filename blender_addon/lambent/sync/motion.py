@@ -5,7 +5,7 @@
 
 As for Cycles, Blender evaluates both frames and comes back to the one that is rendered. Only renders with that pass do so, and
 none with motion blur, where Cycles' pass is empty. Objects are found again by Blender's ids of instances; shapes are those of
-meshes that modifiers or shape keys deform.
+meshes that modifiers or shape keys deform, and of those that geometry nodes, curves and texts make.
 """
 
 import numpy as np
@@ -15,12 +15,13 @@ from . import compat, instances
 
 class Step:
     """One other frame. camera: the protocol's step of the camera. number_of: {instance_key: number}, matrices:
-    float32[number][3][4], shapes: {original object's pointer: float32[vertices][3]}."""
+    float32[number][3][4], shapes: {instance_key: float32[vertices][3]} of those whose mesh may have changed."""
 
     def __init__(self, depsgraph, camera, should_stop):
         self.camera = camera
         self.number_of = {}
         self.shapes = {}
+        shape_of_data = {}
         count, first_is_instancer, stopped = 0, False, False
         modifiers_of = "RENDER" if depsgraph.mode == "RENDER" else "PREVIEW"
         for index, instance in enumerate(depsgraph.object_instances):
@@ -31,13 +32,18 @@ class Step:
             count = index + 1
             first_is_instancer |= index < 2 and instance.is_instance
             found = instance.object
-            self.number_of[instances.instance_key(instance)] = index
-            owner = (instance.instance_object if instance.is_instance else found).original
-            pointer = owner.as_pointer()
-            if found.type != "MESH" or owner.type != "MESH" or pointer in self.shapes:
+            key = instances.instance_key(instance)
+            self.number_of[key] = index
+            if found.type != "MESH":
                 continue
-            if owner.is_deform_modified(depsgraph.scene, modifiers_of) and _is_own(found, owner, depsgraph):
-                self.shapes[pointer] = compat.positions(found.data)
+            pointer = found.data.as_pointer()
+            if pointer not in shape_of_data:
+                owner = (instance.instance_object if instance.is_instance else found).original
+                # As in Cycles: what nodes, curves and texts make anew in each frame may always have changed.
+                changes = not _is_own(found, owner, depsgraph) or owner.is_deform_modified(depsgraph.scene, modifiers_of)
+                shape_of_data[pointer] = compat.positions(found.data) if changes else None
+            if shape_of_data[pointer] is not None:
+                self.shapes[key] = shape_of_data[pointer]
         if not stopped:
             self.matrices, _ = instances.instance_arrays(depsgraph, count, False, first_is_instancer)
 
@@ -59,15 +65,15 @@ class Motion:
         """The protocol's "motion" of the camera."""
         return {name: step.camera for name, step in zip(("previous", "next"), self.steps)}
 
-    def object(self, edits, keys, transforms, owner_pointer):
-        """The protocol's "motion" of an object whose instances are keys and stand at float32[n][3][4], or None where it stands
-        still. owner_pointer: of the original object whose own mesh it shows, or None."""
+    def object(self, edits, keys, transforms):
+        """The protocol's "motion" of an object whose instances, of one mesh, are keys and stand at float32[n][3][4], or None where
+        it stands still."""
         found, moves = {}, False
         for name, step in zip(("previous", "next"), self.steps):
             placed = step.placed(keys, transforms)
             moves |= bool((placed != transforms).any())
             found[name] = {"transforms": edits.array(placed)}
-            shape = step.shapes.get(owner_pointer)
+            shape = step.shapes.get(keys[0])
             if shape is not None:
                 moves = True
                 found[name]["positions"] = edits.array(shape)

@@ -43,7 +43,6 @@ class ObjectExporter:
         self._neighbours = neighbours
         self._mattes = mattes or {}
         self._instance_keys = []
-        self._shape_owners = {}
         self._view_layer = depsgraph.view_layer
         self._override = depsgraph.view_layer_eval.material_override
         self._surfaces = depsgraph.view_layer_eval.use_solid
@@ -195,8 +194,6 @@ class ObjectExporter:
         else:
             base = f"object:{original.name_full}|{data.name_full}"
         identifier = _unique(base, self._mesh_names)
-        if own:
-            self._shape_owners[identifier] = original.as_pointer()
         if self._keep_mesh(identifier, original, original.data if own else None):
             self._edits.keep("mesh", identifier)
         elif own:
@@ -275,7 +272,7 @@ class ObjectExporter:
                 value["transforms"] = self._edits.array(transforms)
             if self._neighbours is not None and "mesh" in value:
                 keys = [self._instance_keys[number] for number in chosen]
-                moved = self._neighbours.object(self._edits, keys, transforms, self._shape_owners.get(value["mesh"]))
+                moved = self._neighbours.object(self._edits, keys, transforms)
                 if moved is not None:
                     value["motion"] = moved
             if random_ids is not None:

@@ -170,15 +170,16 @@ class LAMBENT_OT_light_path_remove(bpy.types.Operator):
 
 
 class LAMBENT_UL_mattes(bpy.types.UIList):
-    """Names, objects and collections."""
+    """Names, and what they show."""
 
     def draw_item(self, _context, layout, _data, item, _icon, _active_data, _active_name):
         """Blender calls this for each line."""
-        split = layout.split(factor=0.3)
+        split = layout.split(factor=0.5)
         split.prop(item, "name", text="", emboss=False, icon="NONE" if item.name else "ERROR")
-        row = split.row(align=True)
-        row.prop(item, "object", text="")
-        row.prop(item, "collection", text="")
+        shown = [(thing.name, icon) for thing, icon in ((item.object, "OBJECT_DATA"), (item.collection, "OUTLINER_COLLECTION")) if thing]
+        row = split.row()
+        for name, icon in shown or [("nothing", "ERROR")]:
+            row.label(text=name, icon=icon)
 
 
 class LAMBENT_OT_matte_add(bpy.types.Operator):
@@ -221,6 +222,11 @@ class LAMBENT_VIEWLAYER_PT_passes_mattes(_LayerPanel, bpy.types.Panel):
         column = row.column(align=True)
         column.operator(LAMBENT_OT_matte_add.bl_idname, icon="ADD", text="")
         column.operator(LAMBENT_OT_matte_remove.bl_idname, icon="REMOVE", text="")
+        if chosen.active_matte < len(chosen.mattes):
+            # Fields of their own: side by side in a line of the list nobody could read them.
+            column = self.split_layout().column()
+            for name in ("object", "collection"):
+                column.prop(chosen.mattes[chosen.active_matte], name)
 
 
 class LAMBENT_VIEWLAYER_PT_passes_light_paths(_LayerPanel, bpy.types.Panel):

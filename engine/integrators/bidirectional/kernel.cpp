@@ -552,7 +552,10 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
       scattered.wo_world = ray.direction;
       scattered.event = k_scatter_transparent | k_scatter_delta;
     } else {
-      program.evaluate(point, scene_.textures(), bsdf);
+      if (passes_ && only_transparent_)
+        passes_->evaluate(binding, point, bsdf);
+      else
+        program.evaluate(point, scene_.textures(), bsdf);
       uint8_t light_flags = light_walk_flags(scene_, hit, program);
       if (caustics_drop_lobes(bsdf, settings_)) {
         light_flags &= static_cast<uint8_t>(~k_light_scatters);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "engine/path/roulette.h"
 #include "engine/path/shadow_ray.h"
@@ -15,8 +16,8 @@ constexpr EvenWorld k_even_world = EvenWorld::left_to_scattering;
 
 }  // namespace
 
-template <KernelProfile profile>
-Color Kernel<profile>::add(const Color& contribution, bool indirect) {
+template <KernelProfile profile, bool recording>
+Color Kernel<profile, recording>::add(const Color& contribution, bool indirect) {
   const float limit = indirect ? settings_.clamp_indirect : settings_.clamp_direct;
   Color added = contribution;
   if (limit > 0.0f) {
@@ -28,16 +29,16 @@ Color Kernel<profile>::add(const Color& contribution, bool indirect) {
 }
 
 /// Light that the walk met.
-template <KernelProfile profile>
-void Kernel<profile>::add_met(const Color& contribution, LightSource source, uint16_t group) {
+template <KernelProfile profile, bool recording>
+void Kernel<profile, recording>::add_met(const Color& contribution, LightSource source, uint16_t group) {
   const Color added = add(contribution, bounces_.total > 1);
-  if (passes_) passes_->met(added, source, group);
+  if (PassRecorder* const p = passes()) p->met(added, source, group);
 }
 
 /// MIS weight of meeting a light by scattering.
-template <KernelProfile profile>
-float Kernel<profile>::emission_weight(LightIndex light, const Vec3& direction, float distance, const Vec2& uv,
-                                       const LightTraits& traits) const {
+template <KernelProfile profile, bool recording>
+float Kernel<profile, recording>::emission_weight(LightIndex light, const Vec3& direction, float distance,
+                                                  const Vec2& uv, const LightTraits& traits) const {
   if (!last_.weighed) return 1.0f;
   if (!traits.hit_by_rays) return 0.0f;  // found by next event alone
   const float pdf_next_event =
@@ -47,8 +48,8 @@ float Kernel<profile>::emission_weight(LightIndex light, const Vec3& direction, 
 }
 
 /// Lamps in front of what the ray met: they shine and let the ray through.
-template <KernelProfile profile>
-void Kernel<profile>::add_lamps(const Ray& ray, float t_end) {
+template <KernelProfile profile, bool recording>
+void Kernel<profile, recording>::add_lamps(const Ray& ray, float t_end) {
   const LightSet& lights = scene_.lights();
   if (!lights.has_visible_lamps()) return;
   // Lamps that face their receiver turn to the last scattering vertex, from which distances are counted too.
@@ -64,11 +65,11 @@ void Kernel<profile>::add_lamps(const Ray& ray, float t_end) {
       });
 }
 
-template <KernelProfile profile>
-void Kernel<profile>::add_background(const Vec3& direction) {
+template <KernelProfile profile, bool recording>
+void Kernel<profile, recording>::add_background(const Vec3& direction) {
   if (settings_.film_transparent && only_transparent_) {
     estimate_.transparency += average(throughput_);
-    if (passes_) passes_->see_through(direction, throughput_, path_counts());
+    if (PassRecorder* const p = passes()) p->see_through(direction, throughput_, path_counts());
     return;
   }
   scene_.lights().for_each_infinite(direction, bounces_.ray_kind, [&](const LightHit& hit) {
@@ -76,15 +77,18 @@ void Kernel<profile>::add_background(const Vec3& direction) {
     if (bounces_.total - 1 > hit.traits->max_bounces || hit.traits->linked.blockers != 0 || !meets(hit.traits->linked))
       return;
     const float weight = emission_weight(hit.light, direction, k_infinity, hit.uv, *hit.traits);
-    if (weight > 0.0f)
-      add_met(throughput_ * scene_.light_radiance(hit, path_counts()) * weight, scene_.source_of(hit.light),
-              hit.traits->group);
+    if (!(weight > 0.0f)) return;
+    const Color radiance = throughput_ * scene_.light_radiance(hit, path_counts());
+    const LightSource source = scene_.source_of(hit.light);
+    if constexpr (recording)
+      if (meets_world_ && source == LightSource::background) passes()->received(radiance, Color(0.0f));
+    add_met(radiance * weight, source, hit.traits->group);
   });
 }
 
-template <KernelProfile profile>
-void Kernel<profile>::add_surface_emission(const SurfaceHit& hit, const SurfaceBinding& binding, const Vec3& direction,
-                                           float distance, const Color& emission) {
+template <KernelProfile profile, bool recording>
+void Kernel<profile, recording>::add_surface_emission(const SurfaceHit& hit, const SurfaceBinding& binding,
+                                                      const Vec3& direction, float distance, const Color& emission) {
   if (is_black(emission) || !meets(scene_.emission_links(hit.instance))) return;
   float weight = 1.0f;
   if (last_.weighed && binding.samples_emission) {
@@ -96,8 +100,8 @@ void Kernel<profile>::add_surface_emission(const SurfaceHit& hit, const SurfaceB
 }
 
 /// What the scattered ray meets of lights with shadow linking.
-template <KernelProfile profile>
-void Kernel<profile>::add_shadow_linked(const Ray& ray) {
+template <KernelProfile profile, bool recording>
+void Kernel<profile, recording>::add_shadow_linked(const Ray& ray) {
   for_each_shadow_linked(scene_, ray, last_.instance, path_counts(), [&](const LinkedLightPoint& met) {
     float weight = 1.0f;
     if (met.traits) {
@@ -110,8 +114,8 @@ void Kernel<profile>::add_shadow_linked(const Ray& ray) {
   });
 }
 
-template <KernelProfile profile>
-Color Kernel<profile>::visibility(const Ray& ray, uint8_t blockers) {
+template <KernelProfile profile, bool recording>
+Color Kernel<profile, recording>::visibility(const Ray& ray, uint8_t blockers) {
   ++counts_.rays;
   PathCounts counts = path_counts();
   counts.ray_kind = k_ray_shadow;
@@ -119,9 +123,9 @@ Color Kernel<profile>::visibility(const Ray& ray, uint8_t blockers) {
   return segment_transmittance<k_transparency>(scene_, ray, counts, settings_.bounces.transparent, nullptr, blockers);
 }
 
-template <KernelProfile profile>
-void Kernel<profile>::next_event(const ShadingPoint& point, const SurfaceHit& hit, const Bsdf& bsdf,
-                                 const Vec3& receiver_normal, const EventNumbers& numbers) {
+template <KernelProfile profile, bool recording>
+void Kernel<profile, recording>::next_event(const ShadingPoint& point, const SurfaceHit& hit, const Bsdf& bsdf,
+                                            const Vec3& receiver_normal, const EventNumbers& numbers) {
   const LightSet& lights = scene_.lights();
   const LightSample light =
       lights.sample(hit.p_world, receiver_normal, numbers.light, scene_.light_choices(hit.instance, k_even_world));
@@ -138,6 +142,15 @@ void Kernel<profile>::next_event(const ShadingPoint& point, const SurfaceHit& hi
   const Color radiance = scene_.sample_radiance(light, seen_as);
   const bool hit_by_rays = !light.is_delta && light.traits->hit_by_rays;
   const float weight = hit_by_rays ? power_heuristic(light.pdf_solid_angle, scattered.pdf_solid_angle) : 1.0f;
+  std::optional<Color> seen_through;  // the shadow ray's answer, once known
+  if constexpr (recording)
+    if (receiving_) {
+      const Color unshadowed = throughput_ * scattered.f_cos * radiance * (1.0f / light.pdf_solid_angle);
+      if (is_black(unshadowed)) return;
+      seen_through = light.traits->shadows ? visibility(shadow_ray(scene_, hit, light), light.traits->linked.blockers)
+                                           : Color(1.0f);
+      passes()->received(unshadowed * *seen_through, unshadowed);
+    }
   Color contribution = throughput_ * scattered.f_cos * radiance * (weight / light.pdf_solid_angle);
   if (is_black(contribution)) return;
   if (light.traits->shadows) {
@@ -146,16 +159,31 @@ void Kernel<profile>::next_event(const ShadingPoint& point, const SurfaceHit& hi
       if (numbers.shadow_roulette >= survival) return;
       contribution /= survival;
     }
-    contribution *= visibility(shadow_ray(scene_, hit, light), light.traits->linked.blockers);
+    contribution *=
+        seen_through ? *seen_through : visibility(shadow_ray(scene_, hit, light), light.traits->linked.blockers);
   }
   const Color added = add(contribution, bounces_.total > 0);
-  if (passes_ && !is_black(added))
-    passes_->joined(added, hit.instance, bsdf, point.wi_world, light.direction_world, Technique::next_event, {},
-                    scene_.source_of(light.light), light.traits->group);
+  if constexpr (recording)
+    if (!is_black(added))
+      passes()->joined(added, hit.instance, bsdf, point.wi_world, light.direction_world, Technique::next_event, {},
+                       scene_.source_of(light.light), light.traits->group);
 }
 
-template <KernelProfile profile>
-PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
+/// An even world is no light that next event chooses: the surface receives it by the scattered ray.
+template <KernelProfile profile, bool recording>
+void Kernel<profile, recording>::receive_world(const BsdfSample& scattered) {
+  PassRecorder* const passes = this->passes();
+  meets_world_ = passes && receiving_ && !(scattered.event & k_scatter_delta) && scene_.lights().has_even_world();
+  receiving_ = false;
+  if (!meets_world_) return;
+  scene_.lights().for_each_infinite(scattered.wo_world, bounces_.ray_kind, [&](const LightHit& hit) {
+    if (scene_.source_of(hit.light) == LightSource::background)
+      passes->received(Color(0.0f), throughput_ * scene_.light_radiance(hit, path_counts()));
+  });
+}
+
+template <KernelProfile profile, bool recording>
+PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
   ++counts_.paths;
   Ray ray{camera_ray.origin, camera_ray.t_min, camera_ray.direction, camera_ray.t_max, k_visible_camera};
   RayCone cone{camera_ray.width_m, camera_ray.spread};
@@ -169,12 +197,14 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
     const bool found = scene_.geometry().intersect(ray, geometry_hit);
     add_lamps(ray, found ? geometry_hit.t : ray.t_max);
     if (!found) {
+      if (recording && passes()->waits_for_ray()) passes()->next_ray(k_infinity, nullptr);
       add_background(ray.direction);
       break;
     }
     SurfaceHit hit = scene_.geometry().surface(geometry_hit);
     const SurfaceBinding& binding = scene_.binding(hit.instance, hit.material_slot);
     const Program& program = *binding.program;
+    if (recording && passes()->waits_for_ray()) passes()->next_ray(geometry_hit.t, &program);
     const float distance = distance_before_ + geometry_hit.t;
     if (roulette.lost && !program.traits().emits) break;
     scene_.fill_shading_point(hit, binding, -ray.direction, geometry_hit.t, cone, path_counts(), point);
@@ -190,7 +220,10 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
       scattered.wo_world = ray.direction;
       scattered.event = k_scatter_transparent | k_scatter_delta;
     } else {
-      program.evaluate(point, scene_.textures(), bsdf);
+      if (recording && only_transparent_)
+        passes()->evaluate(binding, point, bsdf);
+      else
+        program.evaluate(point, scene_.textures(), bsdf);
       if (bounces_.ray_kind & k_ray_diffuse)
         bsdf.drop_glossy(!settings_.caustics_reflective, !settings_.caustics_refractive);
       if (program.traits().subsurface && bounces_.diffuse > 0) bsdf.drop_subsurface_after_diffuse();
@@ -201,7 +234,7 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
         }
         if (program.traits().holdout && settings_.film_transparent)
           estimate_.transparency += average(throughput_ * bsdf.holdout());
-        if (passes_) passes_->visible(hit, binding, point, bsdf, throughput_);
+        if (PassRecorder* const p = passes()) p->visible(hit, binding, point, bsdf, throughput_);
       }
       // What the camera sees directly: no lobe may be so rare that it shows as dots.
       if (bounces_.ray_kind & k_ray_camera) bsdf.set_least_share(k_camera_least_share);
@@ -210,6 +243,7 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
       throughput_ /= roulette.survival;
       const EventNumbers numbers(sampler_, event_index);
       const Vec3 receiver_normal = light_receiver_normal(bsdf, point.ng_world);
+      if constexpr (recording) receiving_ = only_transparent_ && passes()->wants_received();
       if (bsdf.has_non_delta() && !scene_.lights().empty(k_even_world))
         next_event(point, hit, bsdf, receiver_normal, numbers);
       scattered = bsdf.sample(point.wi_world, numbers.lobe, numbers.direction, Transport::radiance, ReversePdf::no);
@@ -225,6 +259,7 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
         hit = exit.surface;
         fill_subsurface_exit(scene_, exit, entered, cone, path_counts(), point, bsdf);
         const EventNumbers exit_numbers(sampler_, ++event_index);
+        if constexpr (recording) receiving_ = false;  // of what is under the surface nothing is received there
         scattered_normal = point.ng_world;
         if (!scene_.lights().empty(k_even_world)) next_event(point, hit, bsdf, scattered_normal, exit_numbers);
         scattered =
@@ -239,13 +274,15 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
       } else if (!(scattered.event & k_scatter_transparent)) {
         last_ = {hit.p_world, scattered_normal, scattered.pdf_solid_angle, !(scattered.event & k_scatter_delta),
                  hit.instance};
-        if (passes_) passes_->scattered(hit.instance, bsdf, point.wi_world, scattered);
+        if (PassRecorder* const p = passes()) p->scattered(hit.instance, bsdf, point.wi_world, scattered);
       }
     }
     throughput_ *= scattered.weight;
     if (is_black(throughput_)) break;
 
     if (!bounces_.advance(scattered.event, settings_.bounces)) break;
+    if constexpr (recording)
+      if (!(scattered.event & k_scatter_transparent)) receive_world(scattered);
     if (scattered.event & k_scatter_transparent) {
       distance_before_ = scattered.event & k_scatter_portal ? 0.0f : distance;
     } else {
@@ -273,7 +310,9 @@ PathEstimate Kernel<profile>::run(const CameraRay& camera_ray) {
   return estimate_;
 }
 
-template class Kernel<KernelProfile::solid>;
-template class Kernel<KernelProfile::surfaces>;
+template class Kernel<KernelProfile::solid, false>;
+template class Kernel<KernelProfile::solid, true>;
+template class Kernel<KernelProfile::surfaces, false>;
+template class Kernel<KernelProfile::surfaces, true>;
 
 }  // namespace lambent::path_tracer

@@ -1,4 +1,5 @@
-// The path tracer's kernel: the radiance of one camera sample. Compiled once for each KernelProfile.
+// The path tracer's kernel: the radiance of one camera sample. Compiled once for each KernelProfile,
+// with and without passes.
 #pragma once
 
 #include "engine/integrators/integrator.h"
@@ -13,13 +14,14 @@
 namespace lambent::path_tracer {
 
 /// One walk from the camera. Lives on the stack of one sample.
-template <KernelProfile profile>
+/// @tparam recording there are passes
+template <KernelProfile profile, bool recording>
 class Kernel {
  public:
-  /// @param passes null: there are none
+  /// @param passes null unless recording
   Kernel(const Scene& scene, const IntegratorSettings& settings, const Sampler& sampler, RayCounts& counts,
          PassRecorder* passes)
-      : scene_(scene), settings_(settings), sampler_(sampler), counts_(counts), passes_(passes) {
+      : scene_(scene), settings_(settings), sampler_(sampler), counts_(counts), recorder_(passes) {
     if (settings.light_threshold > 0.0f)
       shadow_survival_scale_ = std::fabs(settings.exposure) / settings.light_threshold;
   }
@@ -54,6 +56,14 @@ class Kernel {
     return meets_linked(scene_, linked, (bounces_.ray_kind & k_ray_camera) != 0, last_.instance);
   }
   Color visibility(const Ray& ray, uint8_t blockers);
+  /// Null, known when compiling, unless recording.
+  PassRecorder* passes() const {
+    if constexpr (recording)
+      return recorder_;
+    else
+      return nullptr;
+  }
+  void receive_world(const BsdfSample& scattered);
   PathCounts path_counts() const {
     return {bounces_.ray_kind, bounces_.total,        bounces_.diffuse,
             bounces_.glossy,   bounces_.transmission, bounces_.transparent};
@@ -63,7 +73,9 @@ class Kernel {
   const IntegratorSettings& settings_;
   const Sampler& sampler_;
   RayCounts& counts_;
-  PassRecorder* const passes_;
+  PassRecorder* const recorder_;
+  bool receiving_ = false;    ///< recording: next event tells what the surface receives
+  bool meets_world_ = false;  ///< recording: the even world that the next ray meets is received by what the camera saw
   float shadow_survival_scale_ = k_infinity;  ///< times a contribution: probability of tracing its shadow ray
   PathEstimate estimate_;
   Color throughput_{1.0f};
@@ -74,7 +86,9 @@ class Kernel {
   bool only_transparent_ = true;  ///< nothing but transparent surfaces since the camera
 };
 
-extern template class Kernel<KernelProfile::solid>;
-extern template class Kernel<KernelProfile::surfaces>;
+extern template class Kernel<KernelProfile::solid, false>;
+extern template class Kernel<KernelProfile::solid, true>;
+extern template class Kernel<KernelProfile::surfaces, false>;
+extern template class Kernel<KernelProfile::surfaces, true>;
 
 }  // namespace lambent::path_tracer

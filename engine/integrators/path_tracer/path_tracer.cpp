@@ -22,7 +22,10 @@ class PathTracer final : public Integrator {
     const bool adaptive = film.settings().second_moments;
     std::optional<PassRecorder> passes;
     Parts parts;
-    if (settings_.passes) passes.emplace(*settings_.passes, *scene_);
+    if (settings_.passes) {
+      passes.emplace(*settings_.passes, *scene_);
+      passes->share();
+    }
     for (size_t i = 0; i < parts.size(); ++i)
       if (settings_.others[i] && other_settings_[i].parts)
         parts[i].emplace(*settings_.passes, *settings_.others[i], other_settings_[i].picture);
@@ -59,18 +62,22 @@ class PathTracer final : public Integrator {
     const Vec2 raster(static_cast<float>(x) + 0.5f + offset.x, static_cast<float>(y) + 0.5f + offset.y);
     const Vec2 lens = scene_->profile().depth_of_field ? sampler.get_2d(k_dimension_lens) : Vec2(0.0f);
     const CameraRay ray = scene_->camera().sample_ray(raster, lens);
-    path_tracer::Kernel<profile> kernel(*scene_, settings_, sampler, counts, passes);
-    const PathEstimate estimate = kernel.run(ray);
+    const PathEstimate estimate = trace(*scene_, settings_, sampler, counts, passes, ray);
     for (size_t i = 0; passes && i < settings_.others.size(); ++i) {
       if (!settings_.others[i]) continue;
       PassRecorder* const part = parts[i] ? &*parts[i] : nullptr;
       if (part) part->begin(x, y, sample);
-      path_tracer::Kernel<profile> other(*settings_.others[i], other_settings_[i], sampler, counts, part);
-      const PathEstimate of_other = other.run(ray);
+      const PathEstimate of_other = trace(*settings_.others[i], other_settings_[i], sampler, counts, part, ray);
       passes->add_other(static_cast<OtherPicture>(i), of_other.radiance * settings_.exposure,
                         1.0f - of_other.transparency, part);
     }
     return estimate;
+  }
+
+  static PathEstimate trace(const Scene& scene, const IntegratorSettings& settings, const Sampler& sampler,
+                            RayCounts& counts, PassRecorder* passes, const CameraRay& ray) {
+    if (passes) return path_tracer::Kernel<profile, true>(scene, settings, sampler, counts, passes).run(ray);
+    return path_tracer::Kernel<profile, false>(scene, settings, sampler, counts, nullptr).run(ray);
   }
 
   const std::shared_ptr<const Scene> scene_;

@@ -90,7 +90,7 @@ Term eval_term(const Lobe& lobe, BumpShadowing rule, const Vec3& ng, const Vec3&
   }
   // Reflection stays on the smooth surface's side. A direction below the facet is evaluated (the terminator of coarse
   // meshes is not cut), but sample() never makes it.
-  if ((dot(ns, wo) > 0.0f) != reflected && lobe.kind != LobeKind::hair_fibre) return term;
+  if ((dot(ns, wo) > 0.0f) != reflected && !is_fibre(lobe.kind)) return term;
   const bool sampled = (dot(ng, wi) * dot(ng, wo) > 0.0f) == reflected;
   term.f_cos = lobe.weight * value.f_cos;
   if (is_diffuse(lobe.kind) && lobe.n != ns) term.f_cos *= bump_shadowing(rule, ns, lobe.n, camera_is_wi ? wo : wi);
@@ -135,7 +135,7 @@ Lobe Bsdf::sanitized(const Lobe& given) {
   lobe.weight = sane_color(lobe.weight, 1e30f);
   lobe.alpha_x = sane(lobe.alpha_x, 0.0f, 1.0f, 1.0f);
   lobe.alpha_y = sane(lobe.alpha_y, 0.0f, 1.0f, 1.0f);
-  const bool fibre = lobe.kind == LobeKind::hair_fibre;
+  const bool fibre = is_fibre(lobe.kind);
   const bool hair = fibre || lobe.kind == LobeKind::hair_reflection || lobe.kind == LobeKind::hair_transmission;
   const bool subsurface = lobe.kind == LobeKind::subsurface;
   lobe.param = sane(lobe.param,

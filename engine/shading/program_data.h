@@ -284,6 +284,7 @@ class ProgramData {
   ProgramTraits traits;
   BumpShadowing bump_shadowing = BumpShadowing::cubic;
   bool correlated_masking = false;  ///< of microfacet lobes
+  bool fitted_films = false;        ///< of lobes under thin films, of which metals are none
   float bump_filter_width = 1.0f;   ///< pixels between the points whose heights give slopes
 };
 

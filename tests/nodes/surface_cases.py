@@ -405,7 +405,7 @@ def add_inputs():
         add_value("Wireframe", "Fac", "in pixels" if pixels else "", {"Size": 2.0 if pixels else 0.05}, use_pixel_size=pixels)
     add_value("Bevel", "Normal", "", {"Radius": 0.1})
     for space in items("TexPointDensity", "space"):
-        for interpolation in ("Linear", "Closest"):
+        for interpolation in ("Linear", "Closest", "Cubic"):
             for output in ("Density", "Color"):
                 add_point_density(space, interpolation, output)
     for output in ("Is Hit", "Self Hit", "Hit Distance", "Hit Position", "Hit Normal"):

@@ -8,6 +8,8 @@ namespace {
 
 // Weights below this are dropped, as in Cycles (CLOSURE_WEIGHT_CUTOFF).
 constexpr float k_weight_cutoff = 1e-5f;
+// Strengths of the ways through a hair, which are factors of its weight.
+constexpr float k_most_hair_strength = 1e3f;
 // Glass whose index differs by less than this from 1, and that has a film, is given this difference.
 constexpr float k_least_bend = 2e-4f;
 
@@ -149,7 +151,10 @@ Lobe Bsdf::sanitized(const Lobe& given) {
   lobe.eta = sane(lobe.eta, 1e-5f, 1e5f, 1.0f);
   const bool conductor = lobe.fresnel == FresnelMode::film_conductor;
   lobe.f0 = sane_color(lobe.f0, fibre ? 1e30f : conductor ? k_most_conductor_index : 1.0f);
-  lobe.f90 = sane_color(lobe.f90, subsurface || fibre ? 1e30f : conductor ? k_most_conductor_index : 1.0f);
+  lobe.f90 = sane_color(lobe.f90, lobe.kind == LobeKind::hair_microfacets ? k_most_hair_strength
+                                  : subsurface || fibre                   ? 1e30f
+                                  : conductor                             ? k_most_conductor_index
+                                                                          : 1.0f);
   lobe.film_nm = sane(lobe.film_nm, 0.0f, 1e9f, 0.0f);
   lobe.film_eta = sane(lobe.film_eta, k_least_film_eta, k_most_film_eta, 1.0f);
   if (!is_finite(lobe.n) || length_squared(lobe.n) < 0.25f)

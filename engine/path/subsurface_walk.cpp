@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/base/hash.h"
+#include "engine/path/subsurface_probe.h"
 #include "engine/sampling/dimension.h"
 #include "engine/sampling/warp.h"
 #include "engine/shading/microfacet.h"
@@ -113,6 +114,8 @@ bool meet(const Scene& scene, Ray ray, uint32_t instance, uint64_t& rays, Hit& h
 
 bool walk_subsurface(const Scene& scene, const SurfaceHit& entry, const Lobe& lobe, const Vec3& wi,
                      const Sampler& sampler, uint32_t bounce, uint64_t& rays, SubsurfaceExit& exit) {
+  if (lobe.subsurface == SubsurfaceMethod::burley)
+    return probe_subsurface(scene, entry, lobe, wi, sampler, bounce, rays, exit);
   Vec3 direction;
   if (!enter(lobe, wi, sampler.get_2d(bounce_dimension(bounce, k_dimension_subsurface_offset)), direction))
     return false;

@@ -1,4 +1,5 @@
-// A random walk under a surface, from where a camera walk enters an object to where it leaves it.
+// A random walk under a surface, from where a camera walk enters an object to where it leaves it; or, for the method
+// that asks for it, a probe of the surface around by a diffusion profile (subsurface_probe.h).
 //
 // Camera walks alone take it: light walks end where it begins. So it is no vertex of a path: the vertex is where it
 // leaves, which scatters by a diffuse lobe, and which light walks reach (next event, connections, photons) but do not

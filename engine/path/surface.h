@@ -24,7 +24,8 @@ inline Vec3 light_receiver_normal(const Bsdf& bsdf, const Vec3& ng_world) {
   for (const Lobe& lobe : bsdf.lobes())
     if (lobe.kind == LobeKind::translucent || lobe.kind == LobeKind::rough_translucent ||
         lobe.kind == LobeKind::hair_transmission || lobe.kind == LobeKind::hair_fibre ||
-        lobe.kind == LobeKind::refraction || lobe.kind == LobeKind::glass || lobe.kind == LobeKind::thin_transmission)
+        lobe.kind == LobeKind::hair_microfacets || lobe.kind == LobeKind::refraction || lobe.kind == LobeKind::glass ||
+        lobe.kind == LobeKind::thin_transmission)
       return Vec3(0.0f);
   return ng_world;
 }

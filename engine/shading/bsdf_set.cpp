@@ -8,6 +8,8 @@ namespace {
 
 // Weights below this are dropped, as in Cycles (CLOSURE_WEIGHT_CUTOFF).
 constexpr float k_weight_cutoff = 1e-5f;
+// Strengths of the ways through a hair, which are factors of its weight.
+constexpr float k_most_hair_strength = 1e3f;
 // Glass whose index differs by less than this from 1, and that has a film, is given this difference.
 constexpr float k_least_bend = 2e-4f;
 
@@ -91,7 +93,7 @@ Term eval_term(const Lobe& lobe, BumpShadowing rule, const Vec3& ng, const Vec3&
   // Reflection stays on the smooth surface's side. A direction below the facet is evaluated (the terminator of coarse
   // meshes is not cut), but sample() never makes it: no technique is there to share sharp highlights with, so they are
   // held down to what a lobe as wide as a steradian has. Cycles weighs them as if sample() made them.
-  if ((dot(ns, wo) > 0.0f) != reflected && lobe.kind != LobeKind::hair_fibre) return term;
+  if ((dot(ns, wo) > 0.0f) != reflected && !is_fibre(lobe.kind)) return term;
   const bool sampled = (dot(ng, wi) * dot(ng, wo) > 0.0f) == reflected;
   term.f_cos = lobe.weight * value.f_cos;
   if (is_diffuse(lobe.kind) && lobe.n != ns) term.f_cos *= bump_shadowing(rule, ns, lobe.n, camera_is_wi ? wo : wi);
@@ -139,7 +141,7 @@ Lobe Bsdf::sanitized(const Lobe& given) {
   lobe.weight = sane_color(lobe.weight, 1e30f);
   lobe.alpha_x = sane(lobe.alpha_x, 0.0f, 1.0f, 1.0f);
   lobe.alpha_y = sane(lobe.alpha_y, 0.0f, 1.0f, 1.0f);
-  const bool fibre = lobe.kind == LobeKind::hair_fibre;
+  const bool fibre = is_fibre(lobe.kind);
   const bool hair = fibre || lobe.kind == LobeKind::hair_reflection || lobe.kind == LobeKind::hair_transmission;
   const bool subsurface = lobe.kind == LobeKind::subsurface;
   lobe.param = sane(lobe.param,
@@ -153,7 +155,10 @@ Lobe Bsdf::sanitized(const Lobe& given) {
   lobe.eta = sane(lobe.eta, 1e-5f, 1e5f, 1.0f);
   const bool conductor = lobe.fresnel == FresnelMode::film_conductor;
   lobe.f0 = sane_color(lobe.f0, fibre ? 1e30f : conductor ? k_most_conductor_index : 1.0f);
-  lobe.f90 = sane_color(lobe.f90, subsurface || fibre ? 1e30f : conductor ? k_most_conductor_index : 1.0f);
+  lobe.f90 = sane_color(lobe.f90, lobe.kind == LobeKind::hair_microfacets ? k_most_hair_strength
+                                  : subsurface || fibre                   ? 1e30f
+                                  : conductor                             ? k_most_conductor_index
+                                                                          : 1.0f);
   lobe.film_nm = sane(lobe.film_nm, 0.0f, 1e9f, 0.0f);
   lobe.film_eta = sane(lobe.film_eta, k_least_film_eta, k_most_film_eta, 1.0f);
   if (!is_finite(lobe.n) || length_squared(lobe.n) < 0.25f)

@@ -347,7 +347,8 @@ Color absorption_from_reflectance(const Color& reflectance, float around) {
   return result;
 }
 
-void add_principled_hair(const PrincipledHair& p, LobeTemplates& templates) {
+// @param section of Huang's model; null: Chiang's
+void add_principled_hair(const PrincipledHair& p, const HairSection* section, LobeTemplates& templates) {
   // A hair's number spreads values around their own, by as much as is asked for.
   const float spread = 2.0f * (p.random - 0.5f);
   const float roughness = p.roughness * (1.0f + spread * p.random_roughness);
@@ -357,6 +358,12 @@ void add_principled_hair(const PrincipledHair& p, LobeTemplates& templates) {
   lobe.alpha_y = std::clamp(around, 0.001f, 1.0f);
   lobe.param = p.tilt_rad;
   lobe.f90 = Color(1.0f - clamp01(p.coat), p.ior, 0.0f);
+  if (section) {
+    lobe.kind = LobeKind::hair_microfacets;
+    lobe.alpha_y = section->aspect;
+    lobe.eta = p.ior;
+    lobe.f90 = Color(section->reflected, section->through, section->returned);
+  }
   switch (static_cast<HairColor>(static_cast<int>(std::clamp(p.meaning, 0.0f, 2.0f)))) {
     case HairColor::absorption:
       lobe.f0 = p.color;
@@ -427,6 +434,8 @@ int closure_parameter_count(ClosureKind kind) {
       return 6;
     case ClosureKind::hair_fibre:
       return sizeof(PrincipledHair) / sizeof(float);
+    case ClosureKind::hair_microfacets:
+      return (sizeof(PrincipledHair) + sizeof(HairSection)) / sizeof(float);
     case ClosureKind::glass:
       return closure_parameter::k_glass_film + 2;
     case ClosureKind::portal:
@@ -526,8 +535,15 @@ void make_lobes(ClosureKind kind, GlossModel model, const float* raw, bool backf
       break;
     }
     case ClosureKind::hair_fibre:
-      add_principled_hair(read_principled_hair(p), templates);
+      add_principled_hair(read_principled_hair(p), nullptr, templates);
       break;
+    case ClosureKind::hair_microfacets: {
+      Reader r{p + sizeof(PrincipledHair) / sizeof(float)};
+      const HairSection section{r.number(), r.number(), r.number(), r.number()};
+      if (section.reflected > 0.0f || section.through > 0.0f || section.returned > 0.0f)
+        add_principled_hair(read_principled_hair(p), &section, templates);
+      break;
+    }
     case ClosureKind::conductor: {
       Lobe& lobe = templates.add(LobeKind::reflection, Color(1.0f));
       lobe.fresnel = FresnelMode::f82;

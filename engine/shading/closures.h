@@ -24,6 +24,7 @@ enum class ClosureKind : uint8_t {
   hair_reflection,
   hair_transmission,
   hair_fibre,
+  hair_microfacets,
   metallic,
   conductor,
   subsurface,
@@ -66,7 +67,7 @@ struct SubsurfaceRules {
 
   float pack() const { return static_cast<float>(static_cast<int>(method) * 2 + diffuse_after_diffuse); }
   static SubsurfaceRules unpack(float packed) {
-    const int bits = static_cast<int>(std::clamp(packed, 0.0f, 7.0f));
+    const int bits = static_cast<int>(std::clamp(packed, 0.0f, 9.0f));
     return {static_cast<SubsurfaceMethod>(bits / 2), bits % 2 != 0};
   }
 };
@@ -100,6 +101,10 @@ struct PrincipledHair {
   Color color;  ///< absorption per radius, tint or reflectance
   float meaning, melanin, redness, roughness, radial_roughness, coat, ior, tilt_rad, random, random_color,
       random_roughness;
+};
+/// What Huang's model has beyond that; follows it.
+struct HairSection {
+  float aspect, reflected, through, returned;
 };
 inline constexpr int k_max_closure_parameters = 39;
 static_assert(sizeof(Principled1) <= k_max_closure_parameters * sizeof(float));

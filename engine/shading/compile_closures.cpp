@@ -97,10 +97,10 @@ SubsurfaceRules subsurface_rules(Compiler& compiler, int node, const char* prope
   const bool older = generation == 1;  // their paths see a diffuse surface after any other one
   if (name == "RANDOM_WALK") return {older ? SubsurfaceMethod::random_walk : SubsurfaceMethod::refractive, older};
   if (name == "RANDOM_WALK_SKIN") return {SubsurfaceMethod::skin, older};
-  // Christensen & Burley's profile is that of a walk in a half space, which stands in for it.
-  if (name != "BURLEY" && name != "RANDOM_WALK_FIXED_RADIUS")
+  if (name == "BURLEY") return {SubsurfaceMethod::burley, true};
+  if (name != "RANDOM_WALK_FIXED_RADIUS")
     compiler.warn_unsupported(node, "its subsurface method '" + name + "' is rendered by a random walk");
-  return {SubsurfaceMethod::fixed_radius, older || name == "BURLEY"};
+  return {SubsurfaceMethod::fixed_radius, older};
 }
 
 void principled_1(Compiler& compiler, int node, const Value& weight) {
@@ -265,9 +265,8 @@ void hair(Compiler& compiler, int node, const Value& weight) {
 void principled_hair(Compiler& compiler, int node, const Value& weight) {
   const std::string meaning = compiler.text(node, "parametrization", "COLOR");
   const bool huang = compiler.text(node, "model", "CHIANG") == "HUANG";
-  if (huang) compiler.warn_unsupported(node, "Huang's model is rendered as Chiang's, round and with all of its lobes");
   ClosureUse use{};
-  use.kind = ClosureKind::hair_fibre;
+  use.kind = huang ? ClosureKind::hair_microfacets : ClosureKind::hair_fibre;
   Parameters p(compiler, node);
   if (meaning == "ABSORPTION")
     p.color("Absorption Coefficient", Color(0.245531f, 0.52f, 1.365f));
@@ -286,6 +285,7 @@ void principled_hair(Compiler& compiler, int node, const Value& weight) {
     p.number("Coat", 0.0f);
   p.number("IOR", 1.55f).number("Offset", k_default_tilt_rad).number("Random", 0.0f);
   p.number("Random Color", 0.0f).number("Random Roughness", 0.0f);
+  if (huang) p.number("Aspect Ratio", 0.85f).number("R lobe", 1.0f).number("TT lobe", 1.0f).number("TRT lobe", 1.0f);
   compiler.add_closure(use, weight, {}, p.values());
 }
 

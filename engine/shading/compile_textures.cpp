@@ -228,10 +228,12 @@ TypedValue point_density(Compiler& c, int n, S socket, int shift) {
     at = e.operation(Op::vector_transform, k_point_to_object, {at}, 3);
   }
   const std::string interpolation = c.text(n, "interpolation", "Linear");
-  if (interpolation == "Cubic") c.warn_unsupported(n, "its voxels are interpolated linearly");
   const uint32_t texture = c.texture(n, ImageProjection::flat);
   c.program().textures[texture].interpolation = TextureInterpolation::closest;
-  const Value found = e.operation(Op::voxels, interpolation == "Closest" ? 1 : 0,
+  const Value found = e.operation(Op::voxels,
+                                  static_cast<int>(interpolation == "Closest" ? VoxelInterpolation::closest
+                                                   : interpolation == "Cubic" ? VoxelInterpolation::cubic
+                                                                              : VoxelInterpolation::linear),
                                   {at, e.number(c.property(n, "resolution", 1.0f))}, 4, texture);
   return density ? number_of(e.part(found, 3, 1)) : color_of(e.part(found, 0, 3));
 }

@@ -349,7 +349,7 @@ void Compiler::add_closure(ClosureUse use, const Value& weight, const std::vecto
   const bool black = constant && values[0] == 0.0f && values[1] == 0.0f && values[2] == 0.0f;
   const bool plain = use.kind != ClosureKind::principled_1 && use.kind != ClosureKind::principled_2 &&
                      use.kind != ClosureKind::metallic && use.kind != ClosureKind::conductor &&
-                     use.kind != ClosureKind::hair_fibre;
+                     use.kind != ClosureKind::hair_fibre && use.kind != ClosureKind::hair_microfacets;
   if (black && plain) return;
   if (constant && !closure_depends_on_view(use.kind)) {
     use.constant = true;
@@ -554,6 +554,7 @@ std::shared_ptr<const Program> Compiler::finish() {
                              : follows(405)              ? BumpShadowing::masking
                                                          : BumpShadowing::cubic;
   program_->correlated_masking = follows(305);
+  program_->fitted_films = follows(400) && !follows(500);
   if (traits.portal) {  // What is behind shines through the other closures to the camera, but no light comes that way
     transparency_.clear();
     traits.may_be_transparent = false;

@@ -610,10 +610,43 @@ TEST(Compiler, principled_hair_lies_along_the_first_edge_and_absorbs_what_its_co
   EXPECT_FLOAT_EQ(lobe_of("COLOR", {{"Roughness", 0.4f}, {"Random Roughness", 0.5f}}).alpha_x, 0.2f);
 }
 
-TEST(Compiler, huangs_hair_is_named_as_stood_in_for) {
-  const Compiled compiled(make_graph({make_node("BsdfHairPrincipled", {}, {{"model", std::string("HUANG")}})}));
-  EXPECT_THAT(compiled.messages(), HasSubstr("Huang"));
-  EXPECT_EQ(compiled.bsdf().lobes()[0].kind, LobeKind::hair_fibre);
+TEST(Compiler, huangs_hair_has_one_roughness_a_section_and_strengths) {
+  const Compiled compiled(make_graph({make_node("BsdfHairPrincipled",
+                                                {{"Roughness", 0.4f},
+                                                 {"Radial Roughness", 0.9f},
+                                                 {"Aspect Ratio", 0.6f},
+                                                 {"R lobe", 0.1f},
+                                                 {"TT lobe", 0.2f},
+                                                 {"TRT lobe", 0.3f},
+                                                 {"IOR", 1.4f},
+                                                 {"Color", rgb(1, 1, 1)}},
+                                                {{"model", std::string("HUANG")}})}));
+  EXPECT_EQ(compiled.messages(), "");
+  ASSERT_EQ(compiled.bsdf().lobes().size(), 1u);
+  const Lobe lobe = compiled.bsdf().lobes()[0];
+  EXPECT_EQ(lobe.kind, LobeKind::hair_microfacets);
+  EXPECT_FLOAT_EQ(lobe.alpha_x, 0.4f);
+  EXPECT_FLOAT_EQ(lobe.alpha_y, 0.6f);
+  EXPECT_FLOAT_EQ(lobe.eta, 1.4f);
+  EXPECT_EQ(lobe.f0, Color(0.0f));
+  EXPECT_EQ(lobe.f90, Color(0.1f, 0.2f, 0.3f));
+}
+
+TEST(Compiler, films_follow_the_version_of_cycles) {
+  ShaderGraph graph = make_graph(
+      {make_node("BsdfPrincipled", {{"Metallic", 0.5f}, {"Thin Film Thickness", 400.0f}}, {{"generation", 2.0f}})});
+  for (const int version : {405, 500}) {
+    graph.cycles_version = version;
+    const Compiled compiled(graph);
+    int films = 0;
+    const Bsdf bsdf = compiled.bsdf(front_point());
+    for (const Lobe& lobe : bsdf.lobes()) {
+      if (lobe.fresnel == FresnelMode::film_f82) films += 1;
+      if (lobe.fresnel == FresnelMode::film_dielectric) films += 10;
+      EXPECT_EQ(lobe.fitted_film, version < 500);
+    }
+    EXPECT_EQ(films, version < 500 ? 10 : 11);
+  }
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "engine/base/trig.h"
 #include "engine/base/vec.h"
 #include "engine/shading/fresnel.h"
+#include "engine/shading/hair_longitudinal.h"
 #include "engine/shading/lobe.h"
 
 namespace lambent {
@@ -95,12 +96,9 @@ class HairFibre {
     while (p + 1 < k_ways && u_choice >= from.share[p]) u_choice -= from.share[p++];
     while (p > 0 && from.share[p] <= 0.0f) --p;  // rounding
     const float u_along = std::clamp(u_choice / std::max(from.share[p], 1e-9f), 1e-9f, 1.0f);
-    // d'Eon et al. 2013, eq. 6 and 7; `fall` is one minus their cosine, exact where the lobe is narrow
-    const float v = variances_[static_cast<size_t>(p)];
-    const float fall = std::clamp(-v * std::log(u_along + (1.0f - u_along) * std::exp(-2.0f / v)), 0.0f, 2.0f);
-    const float sin_from = tilted_sine(from, p), cos_from = cosine_of(sin_from);
-    const float sin_to = std::clamp(
-        -(1.0f - fall) * sin_from + safe_sqrt(fall * (2.0f - fall)) * sin_cos_turn(u.y).cos * cos_from, -1.0f, 1.0f);
+    const float sin_from = tilted_sine(from, p);
+    const float sin_to =
+        sample_longitudinal(sin_from, cosine_of(sin_from), variances_[static_cast<size_t>(p)], Vec2(u_along, u.y));
     const float cos_to = cosine_of(sin_to);
     float phi = 2.0f * k_pi * u.x;
     if (follows_azimuth(p, exact)) phi = turn(from, p) + sample_logistic(u.x);
@@ -151,27 +149,11 @@ class HairFibre {
     return std::clamp(side.sin_theta * tilt.cos + side.cos_theta * tilt.sin, -1.0f, 1.0f);
   }
 
-  /// I0(z)·exp(−z)
-  static float scaled_bessel(float z) {
-    if (z > 12.0f) return (1.0f + 1.0f / (8.0f * z) + 9.0f / (128.0f * z * z)) / std::sqrt(2.0f * k_pi * z);
-    const float quarter = 0.25f * z * z;
-    float sum = 1.0f, term = 1.0f;
-    for (int i = 1; i < 40; ++i) {
-      term *= quarter / static_cast<float>(i * i);
-      sum += term;
-      if (term < 1e-7f * sum) break;
-    }
-    return sum * std::exp(-z);
-  }
-
-  /// Density of the angle from the plane across the fibre (d'Eon et al. 2011, eq. 7), written so that neither narrow
-  /// lobes cancel nor wide ones overflow.
+  /// Density of the angle from the plane across the fibre.
   float along(const Side& from, const Target& to, int p) const {
-    const float v = variances_[static_cast<size_t>(p)];
-    const float sin_from = tilted_sine(from, p), cos_from = cosine_of(sin_from);
-    const float half_sine = std::sin(0.5f * (std::asin(sin_from) + to.theta));
-    return std::exp(-2.0f * sqr(half_sine) / v) * scaled_bessel(cos_from * to.cos_theta / v) /
-           (v * -std::expm1(-2.0f / v));
+    const float sin_from = tilted_sine(from, p);
+    return longitudinal_density(sin_from, cosine_of(sin_from), to.theta, to.cos_theta,
+                                variances_[static_cast<size_t>(p)]);
   }
 
   /// Net turn around the fibre of light that takes way p.

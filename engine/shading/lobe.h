@@ -28,7 +28,8 @@ enum class LobeKind : uint8_t {
   principled_exit,  ///< Lambert with the Fresnel factor of light that enters alone: where a principled subsurface walk
                     ///< ends
   subsurface,       ///< a random walk under the surface (subsurface.h): f0 its albedo, f90 the mean free path by
-                    ///< channel, m, `param` the anisotropy of scattering, alpha_x and eta those of refractive entry
+                    ///< channel, m (of a profile: its scale), `param` the anisotropy of scattering, alpha_x and eta
+                    ///< those of refractive entry
   toon,             ///< a cone around the normal of equal brightness: `param` its half angle, `alpha_x` that of the
                     ///< fading rim, both in quarter turns
   rough_translucent,  ///< oren_nayar through the surface, towards the mirror image of where it would reflect
@@ -43,9 +44,11 @@ enum class LobeKind : uint8_t {
   hair_fibre,  ///< Chiang et al. 2016 (hair_fibre.h): n geometric, tangent along the fibre, alpha_x and alpha_y the
                ///< roughness along and around, `param` the cuticle's tilt, radians, f0 the absorption per radius,
                ///< f90.x what the primary reflection has of alpha_x, f90.y the index of refraction
-  reflection,  ///< microfacet or mirror
-  refraction,  ///< microfacet or smooth
-  glass,       ///< reflection and refraction with the Fresnel term at the microfacet
+  hair_microfacets,   ///< Huang et al. 2022 (hair_microfacet.h): n, tangent, `param` and f0 as hair_fibre; alpha_x the
+                      ///< facets' slopes, alpha_y the cross-section's ratio of axes, f90 strengths of R, TT and TRT
+  reflection,         ///< microfacet or mirror
+  refraction,         ///< microfacet or smooth
+  glass,              ///< reflection and refraction with the Fresnel term at the microfacet
   thin_transmission,  ///< a pane's blur: reflection that leaves on the other side, mirrored there; never a delta
 };
 
@@ -53,10 +56,11 @@ enum class Distribution : uint8_t { ggx, beckmann, gtr1 };
 
 /// How a subsurface walk enters and what its radius means; the rules of the Cycles that has the method.
 enum class SubsurfaceMethod : uint8_t {
-  fixed_radius,  ///< 3.x RANDOM_WALK_FIXED_RADIUS, and what stands in for BURLEY: diffuse entry
+  fixed_radius,  ///< 3.x RANDOM_WALK_FIXED_RADIUS: diffuse entry
   random_walk,   ///< 3.x RANDOM_WALK: diffuse entry; the radius is that of a diffusion profile
   refractive,    ///< 4.0 and later RANDOM_WALK: entry by rough refraction
   skin,          ///< RANDOM_WALK_SKIN: either entry; the radius as random_walk's
+  burley,        ///< no walk: a diffusion profile around the entry (Christensen & Burley 2015)
 };
 
 /// How diffuse lobes whose normal is not the surface's darken towards the smooth surface's terminator, which would else
@@ -100,6 +104,7 @@ struct Lobe {
   /// Microfacets: masking and shadowing are correlated by height (Heitz 2014, eq. 99; Cycles from 3.5 on), else
   /// separable.
   bool correlated_masking = false;
+  bool fitted_film = false;  ///< ThinFilm::fitted
   SubsurfaceMethod subsurface = SubsurfaceMethod::fixed_radius;
   bool diffuse_after_diffuse = false;  ///< subsurface: paths that met a diffuse surface before see a diffuse lobe
 };

@@ -10,6 +10,7 @@
 #include "engine/shading/albedo_table.h"
 #include "engine/shading/fresnel.h"
 #include "engine/shading/hair_fibre.h"
+#include "engine/shading/hair_microfacet.h"
 #include "engine/shading/lobe.h"
 #include "engine/shading/microfacet.h"
 #include "engine/shading/sheen.h"
@@ -33,6 +34,8 @@ inline bool is_delta(const Lobe& lobe) {
   return lobe.kind == LobeKind::transparent || lobe.kind == LobeKind::portal || lobe.kind == LobeKind::subsurface ||
          (is_microfacet(lobe.kind) && lobe.alpha_x * lobe.alpha_y <= k_delta_alpha * k_delta_alpha);
 }
+/// Hair whose frame is the fibre's: light comes and goes on all sides.
+inline bool is_fibre(LobeKind kind) { return kind == LobeKind::hair_fibre || kind == LobeKind::hair_microfacets; }
 inline bool is_diffuse(LobeKind kind) { return kind <= LobeKind::translucent; }
 /// Lobes that are no diffuse ones and send light through the surface only.
 inline bool transmits_alone(LobeKind kind) {
@@ -85,7 +88,7 @@ inline float eta_seen_from(const Lobe& lobe, float cos_side) { return cos_side >
 /// Cycles, which leaves the thickness as it is. So from within, colours are those of a film thinner by the index: what
 /// passes is not quite the same both ways, and lobes take what the camera's side sees.
 inline ThinFilm film_seen(const Lobe& lobe, float eta) {
-  return {lobe.film_nm, eta == lobe.eta ? lobe.film_eta : lobe.film_eta * eta};
+  return {lobe.film_nm, eta == lobe.eta ? lobe.film_eta : lobe.film_eta * eta, lobe.fitted_film};
 }
 /// Reflectance of the lobe's dielectric under its film.
 inline Color film_reflectance(const Lobe& lobe, float cos_facet, float eta) {
@@ -248,6 +251,8 @@ inline Color lobe_albedo(const Lobe& lobe, float cos_view) {
       return Color(1.0f);
     case LobeKind::hair_fibre:
       return HairFibre::albedo(lobe, c);
+    case LobeKind::hair_microfacets:
+      return HairMicrofacets::albedo(lobe);
     case LobeKind::principled_retro:
       return Color(0.02f + 0.4f * lobe.param * schlick_weight(c));
     case LobeKind::principled_sheen:
@@ -361,6 +366,15 @@ inline LobeValue eval_hair_fibre(const Lobe& lobe, const Vec3& wi, const Vec3& w
   return value;
 }
 
+inline LobeValue eval_hair_microfacets(const Lobe& lobe, const Vec3& wi, const Vec3& wo, bool camera_is_wi) {
+  const HairMicrofacets hair(lobe);
+  LobeValue value;
+  value.f_cos = camera_is_wi ? hair.value(wi, wo) : hair.value(wo, wi);
+  value.pdf_solid_angle = hair.pdf_solid_angle(wi, wo);
+  value.pdf_reverse_solid_angle = hair.pdf_solid_angle(wo, wi);
+  return value;
+}
+
 // --- All kinds -----------------------------------------------------------------------------------------------------
 
 /// f_cos and densities of a lobe that is not delta. Zero where the lobe does not connect the two directions.
@@ -380,6 +394,7 @@ inline LobeValue eval_lobe(const Lobe& lobe, const Vec3& wi, const Vec3& wo, boo
   }
   if (is_stylized(lobe.kind)) return eval_stylized(lobe, wi, wo, camera_is_wi);
   if (lobe.kind == LobeKind::hair_fibre) return eval_hair_fibre(lobe, wi, wo, camera_is_wi);
+  if (lobe.kind == LobeKind::hair_microfacets) return eval_hair_microfacets(lobe, wi, wo, camera_is_wi);
   if (lobe.kind == LobeKind::translucent) {
     if (wi.z * wo.z >= 0.0f) return value;
     value.f_cos = Color(std::fabs(light.z) * k_inv_pi);
@@ -497,6 +512,10 @@ inline LobeSample sample_lobe(const Lobe& lobe, const Vec3& wi, float u_choice, 
       sample.transmitted = sample.wo.z < 0.0f;
       break;
     }
+    case LobeKind::hair_microfacets:
+      sample.wo = HairMicrofacets(lobe).sample(wi, u_choice, u);
+      sample.transmitted = sample.wo.z < 0.0f;
+      break;
     case LobeKind::diffuse:
     case LobeKind::oren_nayar:
     case LobeKind::principled_diffuse:

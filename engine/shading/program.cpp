@@ -74,6 +74,10 @@ void add_closure(const ProgramData& program, const Instruction& instruction, con
       Lobe lobe = entry.lobe;
       lobe.weight *= weight;
       lobe.correlated_masking = program.correlated_masking;
+      if (program.fitted_films) {
+        lobe.fitted_film = true;
+        if (lobe.fresnel == FresnelMode::film_f82) lobe.fresnel = FresnelMode::f82;
+      }
       if (lobe.kind == LobeKind::portal) {
         lobe.tangent = lobe.param != 0.0f ? lobe.tangent - point.origin_shift : point.p_world;
         if (length_squared(lobe.n) == 0.0f) lobe.n = point.wi_world * -1.0f;
@@ -81,7 +85,7 @@ void add_closure(const ProgramData& program, const Instruction& instruction, con
         continue;
       }
       lobe.n = entry.coat ? coat_normal : n;
-      if (lobe.kind == LobeKind::hair_fibre) {
+      if (lobe.kind == LobeKind::hair_fibre || lobe.kind == LobeKind::hair_microfacets) {
         lobe.n = point.ng_world;
         lobe.tangent = normalize(point.dpdu_world);
       }

@@ -90,7 +90,7 @@ enum class Op : uint8_t {
   // Textures
   texture_image,        // c4(vector); data: texture
   texture_environment,  // c4(vector); data: texture
-  voxels,               // c4(coordinates, resolution): channels as stored; data: texture; variant: 1 the closest
+  voxels,               // c4(coordinates, resolution): channels as stored; data: texture; variant: VoxelInterpolation
   noise,                // c4: colour and value
   musgrave,             // f; variant: dimensions + 8 · type
   voronoi,              // 8: distance, colour, position; data: index in voronois
@@ -108,6 +108,7 @@ enum class Op : uint8_t {
   closure  // data: closure
 };
 
+enum class VoxelInterpolation : uint8_t { linear, closest, cubic };
 enum class ParticleField : uint8_t { random, index, age, lifetime, size, location, velocity, angular_velocity };
 
 enum class LightPathField : uint8_t {
@@ -282,6 +283,7 @@ class ProgramData {
   ProgramTraits traits;
   BumpShadowing bump_shadowing = BumpShadowing::cubic;
   bool correlated_masking = false;  ///< of microfacet lobes
+  bool fitted_films = false;        ///< of lobes under thin films, of which metals are none
   float bump_filter_width = 1.0f;   ///< pixels between the points whose heights give slopes
 };
 

@@ -62,7 +62,8 @@ float van_de_hulst_albedo(float surface, float g) {
 
 Color subsurface_mean_free_path(SubsurfaceMethod method, const Color& radius, const Color& albedo, float ior) {
   // Scaled so that it looks like the diffusion profiles of older Blenders.
-  if (method == SubsurfaceMethod::fixed_radius || method == SubsurfaceMethod::refractive)
+  if (method == SubsurfaceMethod::fixed_radius || method == SubsurfaceMethod::refractive ||
+      method == SubsurfaceMethod::burley)
     return radius * (0.25f * k_inv_pi);
   const float eta = std::clamp(ior, 1.01f, 3.8f);
   const float diffuse = (-1.440f / eta + 0.710f) / eta + 0.668f + 0.0636f * eta;  // Jensen et al. 2001, F_dr

@@ -110,24 +110,43 @@ Vec4 voxel(const TextureUse& use, const TextureSystem* textures, int n, int x, i
   return {texel.color.x, texel.color.y, texel.color.z, texel.alpha};
 }
 
-Vec4 voxels(const TextureUse& use, const TextureSystem* textures, const Vec3& coordinates, int n, bool closest) {
+// Weights of the voxels around a point: one, two, or four by a cubic B-spline. @param t of the way from the second
+// (linear: the first) to the next
+struct VoxelWeights {
+  int count, before;  ///< voxels, and how many of them are before the one that t counts from
+  float of[4];
+
+  VoxelWeights(VoxelInterpolation interpolation, float t) : count(1), before(0), of{1.0f, 0.0f, 0.0f, 0.0f} {
+    if (interpolation == VoxelInterpolation::linear) {
+      count = 2;
+      of[0] = 1.0f - t, of[1] = t;
+    } else if (interpolation == VoxelInterpolation::cubic) {
+      count = 4, before = 1;
+      const float s = 1.0f - t;
+      of[0] = s * s * s / 6.0f, of[3] = t * t * t / 6.0f;
+      of[1] = (4.0f + 3.0f * t * t * (t - 2.0f)) / 6.0f, of[2] = (4.0f + 3.0f * s * s * (s - 2.0f)) / 6.0f;
+    }
+  }
+};
+
+Vec4 voxels(const TextureUse& use, const TextureSystem* textures, const Vec3& coordinates, int n,
+            VoxelInterpolation interpolation) {
   if (!use.texture || !textures || n < 1 || !is_finite(coordinates)) return Vec4(0.0f);
-  const Vec3 at = coordinates * static_cast<float>(n) - Vec3(closest ? 0.0f : 0.5f);
-  const auto limit = static_cast<float>(n) + 1.0f;
+  const Vec3 at =
+      coordinates * static_cast<float>(n) - Vec3(interpolation == VoxelInterpolation::closest ? 0.0f : 0.5f);
+  const auto limit = static_cast<float>(n) + 2.0f;
   if (std::fabs(at.x) > limit || std::fabs(at.y) > limit || std::fabs(at.z) > limit) return Vec4(0.0f);
-  int low[3];
-  float t[3];
-  for (int k = 0; k < 3; ++k) {
-    low[k] = static_cast<int>(std::floor(at[k]));
-    t[k] = at[k] - std::floor(at[k]);
-  }
-  if (closest) return voxel(use, textures, n, low[0], low[1], low[2]);
+  const Vec3 low(std::floor(at.x), std::floor(at.y), std::floor(at.z));
+  const VoxelWeights x(interpolation, at.x - low.x), y(interpolation, at.y - low.y), z(interpolation, at.z - low.z);
+  const int first[3] = {static_cast<int>(low.x) - x.before, static_cast<int>(low.y) - y.before,
+                        static_cast<int>(low.z) - z.before};
   Vec4 sum(0.0f);
-  for (int i = 0; i < 8; ++i) {
-    const int dx = i & 1, dy = i >> 1 & 1, dz = i >> 2;
-    const float weight = (dx ? t[0] : 1.0f - t[0]) * (dy ? t[1] : 1.0f - t[1]) * (dz ? t[2] : 1.0f - t[2]);
-    if (weight > 0.0f) sum += voxel(use, textures, n, low[0] + dx, low[1] + dy, low[2] + dz) * weight;
-  }
+  for (int k = 0; k < z.count; ++k)
+    for (int j = 0; j < y.count; ++j)
+      for (int i = 0; i < x.count; ++i) {
+        const float weight = x.of[i] * y.of[j] * z.of[k];
+        if (weight > 0.0f) sum += voxel(use, textures, n, first[0] + i, first[1] + j, first[2] + k) * weight;
+      }
   return sum;
 }
 
@@ -229,8 +248,8 @@ void run_texture_instruction(const ProgramData& program, const Instruction& inst
       break;
     }
     case Op::voxels: {
-      const Vec4 v =
-          voxels(program.textures[instruction.data], textures, a.v(0), static_cast<int>(a.f(1)), variant != 0);
+      const Vec4 v = voxels(program.textures[instruction.data], textures, a.v(0), static_cast<int>(a.f(1)),
+                            static_cast<VoxelInterpolation>(variant));
       store(out, {v.x, v.y, v.z});
       out[3] = v.w;
       break;

@@ -124,7 +124,10 @@ struct FilmPass {
 
   FilmPass(float cosine, const ThinFilm& film) : eta(faded_eta(film)), outer(cosine, eta) {
     const float difference = 2.0f * eta * film.thickness_nm * outer.cos_beyond;
-    for (int m = 0; m < k_orders; ++m) response[m] = film_response(static_cast<float>(m + 1) * difference);
+    for (int m = 0; m < k_orders; ++m) {
+      const float of_order = static_cast<float>(m + 1) * difference;
+      response[m] = film.fitted ? fitted_film_response(of_order) : film_response(of_order);
+    }
   }
 
   float mean(float across, float along) const {
@@ -133,10 +136,11 @@ struct FilmPass {
   }
 
  private:
-  // Below a nanometre there is less and less of a film.
+  // Below a nanometre (or 30) there is less and less of a film.
   static float faded_eta(const ThinFilm& film) {
-    if (film.thickness_nm >= 1.0f) return film.eta;
-    const float t = std::max(film.thickness_nm, 0.0f);
+    const float whole_from_nm = film.fitted ? 30.0f : 1.0f;
+    if (film.thickness_nm >= whole_from_nm) return film.eta;
+    const float t = std::max(film.thickness_nm, 0.0f) / whole_from_nm;
     return lerp(1.0f, film.eta, t * t * (3.0f - 2.0f * t));
   }
 };
@@ -173,6 +177,27 @@ FilmResponse film_response(float difference_nm) {
   const int i = static_cast<int>(position);
   const float t = position - static_cast<float>(i);
   return {lerp(table.at[i].cosine, table.at[i + 1].cosine, t), lerp(table.at[i].sine, table.at[i + 1].sine, t)};
+}
+
+FilmResponse fitted_film_response(float difference_nm) {
+  // Transforms of Gaussians over the wave number: X by two of them, Y, Z. `weight` is at no difference.
+  struct Gaussian {
+    int axis;
+    float weight, centre_per_m, variance_per_m2;
+  };
+  static constexpr Gaussian k_gaussians[] = {{0, 0.846590f, 1.6810e6f, 4.3278e9f},
+                                             {0, 0.153868f, 2.2399e6f, 4.5282e9f},
+                                             {1, 1.000222f, 1.7953e6f, 9.3046e9f},
+                                             {2, 1.001123f, 2.2084e6f, 6.6121e9f}};
+  constexpr float k_white[3] = {0.950456f, 1.0f, 1.089058f};  // of Rec. 709
+  const float phase_m = 2.0f * k_pi * 1e-9f * difference_nm;
+  float cosine[3] = {}, sine[3] = {};
+  for (const Gaussian& g : k_gaussians) {
+    const float size = k_white[g.axis] * g.weight * std::exp(-sqr(phase_m) * g.variance_per_m2);
+    cosine[g.axis] += size * std::cos(g.centre_per_m * phase_m);
+    sine[g.axis] -= size * std::sin(g.centre_per_m * phase_m);
+  }
+  return {rec709_from_xyz(cosine[0], cosine[1], cosine[2]), rec709_from_xyz(sine[0], sine[1], sine[2])};
 }
 
 Color film_dielectric(float cosine, float eta, const ThinFilm& film) {

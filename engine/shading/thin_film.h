@@ -2,8 +2,8 @@
 // film interferes, so that the colour changes with thickness and angle.
 //
 // Belcour & Barla 2017, "A Practical Extension to Microfacet Theory for the Modeling of Varying Iridescence", with
-// three orders of interference and the observer's response to a path difference from a table, as Cycles has it since
-// 5.0 (4.2 to 4.5 fit the response by Gaussians). Indices are relative to the side that the light comes from.
+// three orders of interference. The observer's response to a path difference is from a table, as in Cycles since 5.0,
+// or the paper's fit by Gaussians, as in 4.2 to 4.5. Indices are relative to the side that the light comes from.
 #pragma once
 
 #include "engine/base/vec.h"
@@ -11,8 +11,9 @@
 namespace lambent {
 
 struct ThinFilm {
-  float thickness_nm;  ///< finite, above 0
-  float eta;           ///< of the film, in [k_least_film_eta, k_most_film_eta]
+  float thickness_nm;   ///< finite, above 0
+  float eta;            ///< of the film, in [k_least_film_eta, k_most_film_eta]
+  bool fitted = false;  ///< as Cycles 4.2 to 4.5: by the fit, and fading below 30 nm instead of 1 nm
 };
 inline constexpr float k_least_film_eta = 1e-3f, k_most_film_eta = 1e3f;
 /// Thinner films do nothing.
@@ -25,6 +26,8 @@ struct FilmResponse {
 };
 /// Linear in a table that is integrated once per process on first use (1 ms). @param difference_nm >= 0.
 FilmResponse film_response(float difference_nm);
+/// The same by the fit of the paper's supplement, for an observer whose white is the gamut's.
+FilmResponse fitted_film_response(float difference_nm);
 
 /// Unpolarised reflectance of a film over a dielectric, seen at `cosine` in [0, 1]; 1 where no light gets through.
 Color film_dielectric(float cosine, float eta, const ThinFilm& film);

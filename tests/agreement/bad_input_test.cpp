@@ -46,7 +46,7 @@ TEST(BadInput, subsurface_scattering_of_any_radius_and_colour_is_finite_and_refl
   for (const float radius : {0.0f, -1.0f, 1e-30f, 1e-6f, 1.0f, 1e6f, 1e30f, nan})
     for (const float color : {0.0f, 1e-4f, 0.5f, 1.0f})
       for (const float generation : {1.0f, 2.0f})
-        for (const float anisotropy : {-5.0f, 0.0f, 0.8f, nan}) {
+        for (const float anisotropy : {-5.0f, 0.0f, 0.8f, nan, 7.0f}) {  // 7: the method without one
           SceneMaker maker(4, 4, 16);
           std::map<std::string, description::SocketValue> inputs{
               {"Color", std::vector<float>{color, color, color, 1.0f}},
@@ -54,7 +54,8 @@ TEST(BadInput, subsurface_scattering_of_any_radius_and_colour_is_finite_and_refl
               {"Scale", 1.0f},
               {"Anisotropy", anisotropy}};
           if (generation == 2.0f) inputs["Roughness"] = nan;
-          maker.material("m", single("SubsurfaceScattering", inputs));
+          const std::string method = anisotropy == 7.0f ? "BURLEY" : "RANDOM_WALK";
+          maker.material("m", single("SubsurfaceScattering", inputs, {{"falloff", method}}));
           // A closed ball, and a sheet that a walk never comes back from.
           maker.sphere("ball", Vec3(0, 0, -3), 1.0f, 16, "m");
           maker.mesh("sheet", {{-9, -9, -5}, {9, -9, -5}, {9, 9, -5}, {-9, 9, -5}}, {{0, 1, 2}, {0, 2, 3}}, "m");

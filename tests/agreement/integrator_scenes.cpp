@@ -380,6 +380,10 @@ std::vector<IntegratorCase> lobe_cases() {
       "principled_hair",
       single("BsdfHairPrincipled", {{"Color", rgb(0.6f, 0.4f, 0.3f)}, {"Roughness", 0.4f}, {"Radial Roughness", 0.6f}}),
       k_round);
+  ball("principled_hair_of_huang",
+       single("BsdfHairPrincipled", {{"Color", rgb(0.6f, 0.4f, 0.3f)}, {"Roughness", 0.4f}, {"Aspect Ratio", 0.8f}},
+              {{"model", std::string("HUANG")}}),
+       k_round);
   ball("diffuse_and_translucent",
        combined("MixShader", diffuse(Color(0.8f)), single("BsdfTranslucent", {{"Color", rgb(0.8f, 0.5f, 0.4f)}})),
        k_round);
@@ -438,6 +442,10 @@ std::vector<IntegratorCase> lobe_cases() {
                                        {"Scale", 2.0f},
                                        {"Anisotropy", 0.6f},
                                        {"Roughness", 0.5f}}),
+       k_round_delta);
+  ball("subsurface_profile",
+       single("SubsurfaceScattering", {{"Color", rgb(0.8f, 0.6f, 0.4f)}, {"Radius", radius}, {"Scale", 2.0f}},
+              {{"falloff", std::string("BURLEY")}}),
        k_round_delta);
   ball("subsurface_principled_1",
        single("BsdfPrincipled",

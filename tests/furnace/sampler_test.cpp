@@ -99,6 +99,32 @@ TEST(Sampler, a_hair_fibre_is_sampled_with_its_density_from_lights_and_from_behi
       }
 }
 
+TEST(Sampler, a_rough_hair_is_sampled_with_its_density_from_all_sides) {
+  const double significance = sidak_significance(12);
+  for (const float roughness : {0.1f, 0.3f, 0.8f})
+    for (const float angle : {0.1f, 0.9f, 1.6f, 2.5f}) {
+      Lobe lobe = make_lobe(LobeKind::hair_microfacets, roughness, 0.85f);
+      lobe.tangent = {1, 0, 0};
+      lobe.param = -0.1f;
+      lobe.eta = 1.55f;
+      lobe.f0 = Color(0.2f);
+      lobe.f90 = Color(1.0f);
+      const HairMicrofacets hair(lobe);  // by itself: values, which cost much, do not matter here
+      const Vec3 from = direction(angle, 0.9f);
+      RandomStream choice(7);
+      const ChiSquareResult result = chi_square_test_2d(
+          {0.0f, -k_pi}, {k_pi, k_pi},
+          [&](const Vec2& u) {
+            const Vec3 to = hair.sample(from, choice.next_1d(), u);
+            return Vec2(std::acos(std::clamp(to.z, -1.0f, 1.0f)), std::atan2(to.y, to.x));
+          },
+          [&](const Vec2& p) { return hair.pdf_solid_angle(from, direction(p.x, p.y)) * std::sin(p.x); }, 96);
+      EXPECT_GT(result.p_value, significance)
+          << roughness << " at " << angle << ", chi² " << result.statistic << " of " << result.degrees;
+      EXPECT_NEAR(result.total_probability, 1.0, 3e-3) << roughness << " at " << angle;
+    }
+}
+
 TEST(Sampler, a_mixture_with_a_least_share_is_sampled_with_its_density) {
   const double significance = sidak_significance(3);
   for (const float angle : {0.1f, 0.7f, 1.3f}) {

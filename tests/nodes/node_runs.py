@@ -13,13 +13,13 @@ import known_differences
 k_kinds = ("value", "input", "surface")
 
 
-def run(folder, kinds, nodes=None, every=1, samples=None, timeout_s=3600):
+def run(folder, kinds, nodes=None, every=1, samples=None, sky_alone=False, timeout_s=3600):
     """Renders the cases with both engines in one Blender; returns (Blender's version, [compare.Verdict]). The verdicts of
     cases that differ as known carry the reason as their note."""
     folder.mkdir(parents=True, exist_ok=True)
     job = {
         "daemon": str(blender_runs.build_dir() / "bin" / "lambentd"), "out": str(folder), "kinds": list(kinds),
-        "nodes": nodes, "every": every, "engines": ["CYCLES", "LAMBENT"],
+        "nodes": nodes, "every": every, "engines": ["CYCLES", "LAMBENT"], "sky_alone": sky_alone,
     }  # fmt: skip
     if samples:
         job["samples"] = samples

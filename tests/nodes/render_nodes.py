@@ -1,7 +1,8 @@
 """Renders node cases with Cycles and then with Lambent, in one run of Blender:
 blender -b --factory-startup --python tests/nodes/render_nodes.py -- job.json
 
-The job: {"daemon": path of lambentd, "out": folder, "kinds": ["value", "input" or "surface"..], "nodes": [names] or null for all, "every": n, "engines": [..]}.
+The job: {"daemon": path of lambentd, "out": folder, "kinds": ["value", "input" or "surface"..], "nodes": [names] or null for all,
+"every": n, "engines": [..]}, and optionally "samples", and "sky_alone" (see light_everything).
 Writes OUT/KIND.json (the cases, where each is in the picture) and OUT/KIND_ENGINE_SEED.exr.
 """
 
@@ -154,15 +155,19 @@ def pattern_images(folder):
             tiles.tiles.new(number)
 
 
-def light_everything(scene):
-    """A sun and a sky whose colour tells the direction."""
+def light_everything(scene, sky_alone):
+    """A sun and a sky whose colour tells the direction. `sky_alone`: no sun, and a sky that is no light to be sampled, so
+    that lobes are sampled only and never evaluated for a light."""
     sun = bpy.data.lights.new("sun", "SUN")
     sun.energy, sun.angle = 2.0, 0.4
     placed = bpy.data.objects.new("sun", sun)
     placed.rotation_euler = (0.8, 0.4, 0.3)
-    scene.collection.objects.link(placed)
+    if not sky_alone:
+        scene.collection.objects.link(placed)
     world = bpy.data.worlds.new("sky")
     world.use_nodes = True
+    if sky_alone:
+        world.cycles.sampling_method = "NONE"
     tree = world.node_tree
     direction = tree.nodes.new("ShaderNodeTexCoord").outputs["Generated"]
     color = surface_cases.shader(tree, "VectorMath", operation="MULTIPLY_ADD")
@@ -172,14 +177,14 @@ def light_everything(scene):
     scene.world = world
 
 
-def surface_scene(cases, folder):
+def surface_scene(cases, folder, sky_alone=False):
     """Makes the scene of surface cases [(node, label, build)]; returns the scene and the picture's columns."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     scene["scene_number"] = 0.3
     mesh = sphere_mesh()
     pattern_images(folder)
-    light_everything(scene)
+    light_everything(scene, sky_alone)
     columns = min(k_sphere_columns, max(len(cases), 2))
     rows = (len(cases) + columns - 1) // columns
     mesh.materials.append(None)
@@ -235,7 +240,7 @@ def main():
         else:
             cases = surface_cases.cases_of(kind)
             chosen = [case for case in cases if not job["nodes"] or case[0] in job["nodes"]][:: job["every"]]
-            scene, columns = surface_scene(chosen, job["out"])
+            scene, columns = surface_scene(chosen, job["out"], job.get("sky_alone", False))
             chosen = [{"node": node, "options": {}, "variant": label, "output": ""} for node, label, _ in chosen]
         for engine in job["engines"] if chosen else ():
             render(scene, engine, job, kind, k_seeds[kind], k_samples[kind] if kind == "value" else job.get("samples", k_samples[kind]))

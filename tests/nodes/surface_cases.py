@@ -4,6 +4,8 @@ Each case is a small sphere under a sun and a sky of many colours ("surface"); w
 it ("input"). The two are different pictures: emitting spheres would light the others.
 """
 
+from functools import partial
+
 import bpy
 
 k_cases = []  # (node, label, function(tree, object) -> shader socket)
@@ -52,6 +54,12 @@ def add_shader(kind, label, inputs=None, **properties):
     if not hasattr(bpy.types, "ShaderNode" + kind):
         return
     k_cases.append((kind, label, lambda tree, _thing: shader(tree, kind, inputs, **properties).outputs[0]))
+
+
+def thin_subsurface(falloff, tree, thing):
+    """Scattering in a flat lens whose thickness is about the radius, so that light comes through."""
+    thing.scale[2] *= 0.15
+    return shader(tree, "SubsurfaceScattering", {"Color": k_blue, "Scale": 0.5}, falloff=falloff).outputs[0]
 
 
 def add_sheet(kind, label, inputs=None, **properties):
@@ -181,6 +189,7 @@ def add_simple_shaders():
             add("Huang", model={"model": "HUANG"})
     for falloff in items("SubsurfaceScattering", "falloff"):
         add_shader("SubsurfaceScattering", falloff, {"Color": k_blue, "Scale": 0.2}, falloff=falloff)
+        k_cases.append(("SubsurfaceScattering", f"{falloff} of a lens", partial(thin_subsurface, falloff)))
     for kind in ("BsdfGlass", "BsdfMetallic"):
         if not hasattr(bpy.types, "ShaderNode" + kind) or "Thin Film Thickness" not in shader_inputs(kind):
             continue
@@ -396,7 +405,7 @@ def add_inputs():
         add_value("Wireframe", "Fac", "in pixels" if pixels else "", {"Size": 2.0 if pixels else 0.05}, use_pixel_size=pixels)
     add_value("Bevel", "Normal", "", {"Radius": 0.1})
     for space in items("TexPointDensity", "space"):
-        for interpolation in ("Linear", "Closest"):
+        for interpolation in ("Linear", "Closest", "Cubic"):
             for output in ("Density", "Color"):
                 add_point_density(space, interpolation, output)
     for output in ("Is Hit", "Self Hit", "Hit Distance", "Hit Position", "Hit Normal"):

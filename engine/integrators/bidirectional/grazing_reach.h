@@ -21,7 +21,8 @@ inline constexpr float k_longest_reach = 4.0f;  ///< over the merge radius; a qu
 inline bool any_without_cosine(const Bsdf& bsdf) {
   for (const Lobe& lobe : bsdf.lobes())
     if (lobe.kind == LobeKind::toon || lobe.kind == LobeKind::glossy_toon || lobe.kind == LobeKind::hair_reflection ||
-        lobe.kind == LobeKind::hair_transmission || lobe.kind == LobeKind::hair_fibre)
+        lobe.kind == LobeKind::hair_transmission || lobe.kind == LobeKind::hair_fibre ||
+        lobe.kind == LobeKind::hair_microfacets)
       return true;
   return false;
 }

@@ -22,11 +22,7 @@ inline Vec3 start_beyond_portal(const Lobe& lobe, const Vec3& p_world, const Vec
 /// sends light through the surface, so that lights on both sides matter.
 inline Vec3 light_receiver_normal(const Bsdf& bsdf, const Vec3& ng_world) {
   for (const Lobe& lobe : bsdf.lobes())
-    if (lobe.kind == LobeKind::translucent || lobe.kind == LobeKind::rough_translucent ||
-        lobe.kind == LobeKind::hair_transmission || lobe.kind == LobeKind::hair_fibre ||
-        lobe.kind == LobeKind::hair_microfacets || lobe.kind == LobeKind::refraction || lobe.kind == LobeKind::glass ||
-        lobe.kind == LobeKind::thin_transmission)
-      return Vec3(0.0f);
+    if (sends_through(lobe.kind)) return Vec3(0.0f);
   return ng_world;
 }
 

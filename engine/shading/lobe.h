@@ -52,6 +52,22 @@ enum class LobeKind : uint8_t {
   thin_transmission,  ///< a pane's blur: reflection that leaves on the other side, mirrored there; never a delta
 };
 
+/// Hair whose frame is the fibre's: light comes and goes on all sides.
+inline bool is_fibre(LobeKind kind) { return kind == LobeKind::hair_fibre || kind == LobeKind::hair_microfacets; }
+
+/// Whether light passes through the surface by the lobe.
+inline bool sends_through(LobeKind kind) {
+  return kind == LobeKind::translucent || kind == LobeKind::rough_translucent || kind == LobeKind::hair_transmission ||
+         kind == LobeKind::refraction || kind == LobeKind::glass || kind == LobeKind::thin_transmission ||
+         is_fibre(kind);
+}
+
+/// Whether the lobe's value does not fall with the cosine of the light's direction.
+inline bool lacks_cosine(LobeKind kind) {
+  return kind == LobeKind::toon || kind == LobeKind::glossy_toon || kind == LobeKind::hair_reflection ||
+         kind == LobeKind::hair_transmission || is_fibre(kind);
+}
+
 enum class Distribution : uint8_t { ggx, beckmann, gtr1 };
 
 /// How a subsurface walk enters and what its radius means; the rules of the Cycles that has the method.

@@ -34,8 +34,6 @@ inline bool is_delta(const Lobe& lobe) {
   return lobe.kind == LobeKind::transparent || lobe.kind == LobeKind::portal || lobe.kind == LobeKind::subsurface ||
          (is_microfacet(lobe.kind) && lobe.alpha_x * lobe.alpha_y <= k_delta_alpha * k_delta_alpha);
 }
-/// Hair whose frame is the fibre's: light comes and goes on all sides.
-inline bool is_fibre(LobeKind kind) { return kind == LobeKind::hair_fibre || kind == LobeKind::hair_microfacets; }
 inline bool is_diffuse(LobeKind kind) { return kind <= LobeKind::translucent; }
 /// Lobes that are no diffuse ones and send light through the surface only.
 inline bool transmits_alone(LobeKind kind) {

@@ -85,7 +85,7 @@ void add_closure(const ProgramData& program, const Instruction& instruction, con
         continue;
       }
       lobe.n = entry.coat ? coat_normal : n;
-      if (lobe.kind == LobeKind::hair_fibre || lobe.kind == LobeKind::hair_microfacets) {
+      if (is_fibre(lobe.kind)) {
         lobe.n = point.ng_world;
         lobe.tangent = normalize(point.dpdu_world);
       }

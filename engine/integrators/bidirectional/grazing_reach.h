@@ -20,10 +20,7 @@ inline constexpr float k_longest_reach = 4.0f;  ///< over the merge radius; a qu
 /// Whether some lobe's value does not fall with the cosine of the light's direction.
 inline bool any_without_cosine(const Bsdf& bsdf) {
   for (const Lobe& lobe : bsdf.lobes())
-    if (lobe.kind == LobeKind::toon || lobe.kind == LobeKind::glossy_toon || lobe.kind == LobeKind::hair_reflection ||
-        lobe.kind == LobeKind::hair_transmission || lobe.kind == LobeKind::hair_fibre ||
-        lobe.kind == LobeKind::hair_microfacets)
-      return true;
+    if (lacks_cosine(lobe.kind)) return true;
   return false;
 }
 

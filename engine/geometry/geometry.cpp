@@ -162,8 +162,10 @@ SurfaceHit Geometry::surface(uint32_t index, uint32_t primitive, const Vec2& bar
 
   point.ns_world = point.ng_world;
   if (instance.mesh->has_normals()) {
-    const Vec3 ns =
-        normalize(instance.object_from_world.transposed_vector(instance.mesh->shading_normal(primitive, barycentric)));
+    const Vec3 ns = instance.normals_at_vertices
+                        ? instance.mesh->shading_normal_world(primitive, barycentric, instance.object_from_world)
+                        : normalize(instance.object_from_world.transposed_vector(
+                              instance.mesh->shading_normal(primitive, barycentric)));
     if (length_squared(ns) > 0.0f) point.ns_world = ns;
   }
   return point;

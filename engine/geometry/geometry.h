@@ -27,6 +27,9 @@ struct GeometryObject {
   bool opaque = true;
   /// ... except on material slots that are opaque: by slot, nonzero is opaque; missing slots are not. May be empty.
   std::vector<uint8_t> opaque_slots;
+  /// Under uneven scale: each vertex's normal is turned to the world and normalised before normals are interpolated, as
+  /// in Cycles for a mesh that one object alone shows. Else interpolated ones are turned.
+  bool normals_at_vertices = false;
 };
 
 /// A mesh placed in the world. Owned by its Geometry.
@@ -39,6 +42,7 @@ struct Instance {
   uint32_t index_in_object = 0;  ///< which of the object's transforms
   bool mirrored = false;
   bool opaque = true;                      ///< as given
+  bool normals_at_vertices = false;        ///< as given, if the scale is uneven
   const float* positions_world = nullptr;  ///< float[V][3] if flattened into the top level, else null
 };
 

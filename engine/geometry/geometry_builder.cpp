@@ -37,6 +37,21 @@ float inverse_error(const Transform& t) {
   return static_cast<float>(std::max(1.0, terms / std::fabs(t.determinant())));
 }
 
+/// Whether angles change: some axis is stretched more than another, or they are not at right angles.
+bool is_uneven(const Transform& t) {
+  constexpr double k_tolerance = 1e-5;
+  double products[3][3];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      products[i][j] = 0.0;
+      for (const auto& row : t.m) products[i][j] += double(row[i]) * double(row[j]);
+    }
+  const double largest = std::max({products[0][0], products[1][1], products[2][2]});
+  const double least = std::min({products[0][0], products[1][1], products[2][2]});
+  const double skew = std::max({std::fabs(products[0][1]), std::fabs(products[0][2]), std::fabs(products[1][2])});
+  return largest - least > k_tolerance * largest || skew > k_tolerance * largest;
+}
+
 /// Whether Embree, which inverts in float with denormals flushed, can.
 bool invertible_in_float(const Transform& t, float error) {
   const double determinant = std::fabs(t.determinant());
@@ -44,8 +59,9 @@ bool invertible_in_float(const Transform& t, float error) {
 }
 
 bool same(const GeometryObject& a, const GeometryObject& b) {
-  return a.mesh == b.mesh && a.visibility == b.visibility && a.opaque == b.opaque && a.opaque_slots == b.opaque_slots &&
-         a.name == b.name && a.world_from_object == b.world_from_object;
+  return a.mesh == b.mesh && a.visibility == b.visibility && a.opaque == b.opaque &&
+         a.normals_at_vertices == b.normals_at_vertices && a.opaque_slots == b.opaque_slots && a.name == b.name &&
+         a.world_from_object == b.world_from_object;
 }
 
 /// Vertices in world space: float[V][3], and one float that Embree may read.
@@ -177,6 +193,7 @@ void GeometryBuilder::Job::add_instances(const std::vector<GeometryObject>& obje
         instance.mirrored = instance.world_from_object.mirrors();
         instance.inverse_error = inverse_error(instance.world_from_object);
         bake = !invertible_in_float(instance.world_from_object, instance.inverse_error);
+        instance.normals_at_vertices = object.normals_at_vertices && is_uneven(instance.world_from_object);
         instance.mesh = object.mesh.get();
       }
       if (instance.mesh && !instance.mesh->empty()) {

@@ -73,6 +73,36 @@ TEST(Geometry, flattened_and_instanced_give_the_same_surface) {
   }
 }
 
+TEST(Geometry, normals_at_vertices_are_normalised_before_they_are_interpolated) {
+  MeshInput input = mesh_input(icosphere_shape(1));
+  input.normals = input.positions;
+  input.normals_domain = AttributeDomain::vertex;
+  Report report;
+  const auto mesh = TriangleMesh::create(std::move(input), report);
+  for (const Vec3& scale : {Vec3(1, 1, 4), Vec3(2, 2, 2)}) {
+    GeometryObject object = make_object(mesh, {rotation({1, 2, 3}, 0.5f) * Transform::scale(scale)});
+    const auto interpolated = build({object}, true);
+    object.normals_at_vertices = true;
+    const auto at_vertices = build({object}, true);
+    const Transform& object_from_world = at_vertices->instance(0).object_from_world;
+    float largest = 0.0f;
+    for (uint32_t t = 0; t < mesh->triangle_count(); ++t) {
+      const Triangle corners = mesh->triangle(t);
+      Vec3 sum(0.0f);
+      for (const Vec3& corner : corners) sum += normalize(object_from_world.transposed_vector(corner));
+      const Vec2 middle(1.0f / 3.0f);
+      const Vec3 ns = at_vertices->surface(0, t, middle).ns_world;
+      EXPECT_LT(length(ns - normalize(sum)), 1e-6f);
+      largest = std::max(largest, length(ns - interpolated->surface(0, t, middle).ns_world));
+    }
+    // Even scale changes no angle, whichever comes first.
+    if (scale.z == scale.x)
+      EXPECT_LT(largest, 1e-6f);
+    else
+      EXPECT_GT(largest, 0.05f);
+  }
+}
+
 TEST(Geometry, mirrored_instances_keep_the_side_of_their_normals) {
   const auto mesh = make_mesh(icosphere_shape(2));
   for (const bool flatten : {true, false}) {

@@ -51,6 +51,18 @@ Vec3 TriangleMesh::shading_normal(uint32_t primitive, const Vec2& barycentric) c
   return geometric_normal(primitive);
 }
 
+Vec3 TriangleMesh::shading_normal_world(uint32_t primitive, const Vec2& barycentric,
+                                        const Transform& object_from_world) const {
+  if (!has_normals()) return Vec3(0.0f);
+  const auto [a, b, c] = elements(normals_domain_, primitive);
+  const auto normal = [&](size_t i) {
+    const float* n = normals_.values.data() + 3 * i;
+    return normalize(object_from_world.transposed_vector({n[0], n[1], n[2]}));
+  };
+  const float u = barycentric.x, v = barycentric.y;
+  return normalize(normal(a) * (1.0f - u - v) + normal(b) * u + normal(c) * v);
+}
+
 int TriangleMesh::find_attribute(std::string_view name) const {
   for (size_t i = 0; i < attributes_.size(); ++i)
     if (attributes_[i].name == name) return static_cast<int>(i);

@@ -139,6 +139,8 @@ class TriangleMesh {
   Vec3 geometric_normal(uint32_t primitive) const;
   /// Unit interpolated normal; the geometric normal where there is none or the interpolated one vanishes.
   Vec3 shading_normal(uint32_t primitive, const Vec2& barycentric) const;
+  /// The same in world space, of normals that are taken there one by one: zero if the mesh has none there.
+  Vec3 shading_normal_world(uint32_t primitive, const Vec2& barycentric, const Transform& object_from_world) const;
 
   std::span<const MeshAttribute> attributes() const { return attributes_; }
   /// Index of the attribute `name` of any role; -1 if there is none.

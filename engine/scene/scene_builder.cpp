@@ -184,6 +184,9 @@ void SceneBuilder::State::place_objects(Build& build) {
   }
   build.scene->origin_shift_ = choose_origin_shift(bounds);
 
+  std::unordered_map<std::string, size_t> users;  // of meshes
+  for (const auto& [id, object] : description.objects)
+    if (!object->mesh.empty() && object->transforms) users[object->mesh] += object->transforms->rows();
   uint32_t number = 0;
   for (const auto& [id, object] : description.objects) {
     ++number;
@@ -208,8 +211,11 @@ void SceneBuilder::State::place_objects(Build& build) {
     placed.visibility = visibility_mask(object->visibility);
     const uint32_t first = bind_materials(build, *object, *shape);
     const uint32_t slots = static_cast<uint32_t>(build.scene->bindings_.size()) - first;
+    placed.normals_at_vertices = users[object->mesh] == 1 && !build.displaced.contains(object.get());
     for (uint32_t slot = 0; slot < slots; ++slot) {
-      const bool opaque = !build.scene->bindings_[first + slot].program->traits().may_be_transparent;
+      const ProgramTraits& traits = build.scene->bindings_[first + slot].program->traits();
+      placed.normals_at_vertices &= !traits.subsurface;
+      const bool opaque = !traits.may_be_transparent;
       placed.opaque = placed.opaque && opaque;
       placed.opaque_slots.push_back(opaque);
     }

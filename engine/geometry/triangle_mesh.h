@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "engine/base/report.h"
+#include "engine/base/transform.h"
 #include "engine/base/vec.h"
 
 namespace lambent {

@@ -76,7 +76,7 @@ Vec3 around(const Vec3& axis, float cosine, float u) {
 /// Direction under the surface; false if there is none.
 bool enter(const Lobe& lobe, const Vec3& wi, Vec2 u, Vec3& direction) {
   const Frame frame = Frame::from_normal(lobe.n);
-  bool diffuse = lobe.subsurface != SubsurfaceMethod::refractive;
+  bool diffuse = lobe.subsurface != SubsurfaceMethod::refractive && lobe.subsurface != SubsurfaceMethod::van_de_hulst;
   if (lobe.subsurface == SubsurfaceMethod::skin) {
     diffuse = u.x < 0.5f;
     u.x = diffuse ? 2.0f * u.x : 2.0f * u.x - 1.0f;

@@ -101,7 +101,7 @@ void add_subsurface(const Color& color, float weight, const SubsurfaceInput& inp
   Lobe& lobe = templates.add(LobeKind::subsurface, inside);
   lobe.f0 = clamp_color(color, 1.0f);
   lobe.f90 = subsurface_mean_free_path(method, input.radius_m, lobe.f0, input.ior);
-  lobe.param = std::clamp(input.anisotropy, -0.99f, method == SubsurfaceMethod::refractive ? 0.99f : 0.9f);
+  lobe.param = std::clamp(input.anisotropy, -0.99f, method == SubsurfaceMethod::van_de_hulst ? 0.99f : 0.9f);
   lobe.eta = std::clamp(input.ior, 1.01f, 3.8f);
   lobe.alpha_x = lobe.alpha_y = method == SubsurfaceMethod::skin ? 1.0f : sqr(clamp01(input.roughness));
   lobe.subsurface = method;

@@ -67,7 +67,8 @@ struct SubsurfaceRules {
 
   float pack() const { return static_cast<float>(static_cast<int>(method) * 2 + diffuse_after_diffuse); }
   static SubsurfaceRules unpack(float packed) {
-    const int bits = static_cast<int>(std::clamp(packed, 0.0f, 9.0f));
+    const int bits =
+        static_cast<int>(std::clamp(packed, 0.0f, 2.0f * static_cast<float>(SubsurfaceMethod::van_de_hulst) + 1.0f));
     return {static_cast<SubsurfaceMethod>(bits / 2), bits % 2 != 0};
   }
 };

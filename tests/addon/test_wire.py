@@ -205,9 +205,14 @@ def test_a_killed_daemon_is_noticed_and_how_it_ended_is_told(daemon):
     with pytest.raises(ConnectionLost):
         while True:
             client.next_event(0.1)
-    daemon._process.wait(5)
-    assert "SIGKILL" in daemon.describe_end()
+    assert "SIGKILL" in daemon.describe_end(patience_seconds=5)
     client.close()
+
+
+def test_an_end_that_comes_just_after_the_connection_broke_is_told(daemon):
+    assert daemon.describe_end() == "" and daemon.describe_end(patience_seconds=0.05) == ""
+    threading.Timer(0.2, os.kill, (daemon.pid, 9)).start()
+    assert "SIGKILL" in daemon.describe_end(patience_seconds=5)
 
 
 def test_a_stopped_daemon_is_noticed_by_ping(daemon):

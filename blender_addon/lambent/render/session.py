@@ -112,7 +112,9 @@ def offered_passes():
 def describe_lost(error):
     """The text for a user of a ConnectionLost, with how our own daemon ended where it did."""
     with _lock:
-        end = "" if _owned_daemon is None else _owned_daemon.describe_end()
+        daemon = _owned_daemon
+    # A connection breaks before its process can be asked how it ended.
+    end = "" if daemon is None else daemon.describe_end(patience_seconds=0.5)
     return f"{error} ({end})" if end else str(error)
 
 

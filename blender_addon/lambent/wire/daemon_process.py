@@ -108,9 +108,11 @@ class DaemonProcess:
         """Whether the process still lives."""
         return self._process.poll() is None
 
-    def describe_end(self):
-        """How the process ended and the last lines of its log, or "" while it runs."""
-        if self.running:
+    def describe_end(self, patience_seconds=0.0):
+        """How the process ended and the last lines of its log, or "" if it still runs after patience_seconds."""
+        try:
+            self._process.wait(patience_seconds)
+        except subprocess.TimeoutExpired:
             return ""
         code = self._process.returncode
         how = f"was killed by {signal.Signals(-code).name}" if code < 0 else f"ended with code {code}"

@@ -6,7 +6,6 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <new>
 #include <stdexcept>
 #include <tuple>
@@ -370,32 +369,12 @@ void TileWriter::flush() {
   values_.clear();
 }
 
-namespace {
-
-/// sums[i] += values[i], four at a time.
-void add_all(double* sums, const float* values, int count) {
-  using Floats = float __attribute__((vector_size(16)));
-  using Doubles = double __attribute__((vector_size(32)));
-  int i = 0;
-  for (; i + 4 <= count; i += 4) {
-    Floats value;
-    Doubles sum;
-    std::memcpy(&value, values + i, sizeof(value));
-    std::memcpy(&sum, sums + i, sizeof(sum));
-    sum += __builtin_convertvector(value, Doubles);
-    std::memcpy(sums + i, &sum, sizeof(sum));
-  }
-  for (; i < count; ++i) sums[i] += static_cast<double>(values[i]);
-}
-
-}  // namespace
-
 /// One sample of a film with channels of several rules.
 void TileWriter::add_channels(size_t pixel, int64_t sample, std::span<const float> values) {
   Film::Storage& s = *film_.storage_;
   const FilmLayout& layout = film_.layout_;
   double* sums = s.sums.data() + pixel * static_cast<size_t>(layout.sums);
-  add_all(sums, values.data(), layout.means);
+  for (int i = 0; i < layout.means; ++i) sums[i] += static_cast<double>(values[static_cast<size_t>(i)]);
   if (sample == 0)
     for (const int number : layout.firsts) {
       const FilmLayout::Place& place = layout.places[static_cast<size_t>(number)];

@@ -4,6 +4,8 @@
 
 #include <xmmintrin.h>
 
+#include <limits>
+
 #include "engine/geometry/geometry_scenes.h"
 
 namespace lambent {
@@ -49,6 +51,21 @@ Geometry::~Geometry() = default;
 
 bool Geometry::intersect(const Ray& ray, Hit& hit) const {
   return scenes_ && embree::closest_hit(scenes_->top->get(), ray, hit);
+}
+
+bool Geometry::intersect_instance(Ray& ray, uint32_t instance, Hit& hit, uint64_t* rays) const {
+  constexpr int k_most_others = 64;
+  for (int others = 0; others < k_most_others; ++others) {
+    if (rays) ++*rays;
+    Hit nearest;
+    if (!intersect(ray, nearest)) return false;
+    ray.t_min = std::nextafter(nearest.t, std::numeric_limits<float>::infinity());
+    if (nearest.instance == instance) {
+      hit = nearest;
+      return true;
+    }
+  }
+  return false;
 }
 
 bool Geometry::occluded(const Ray& ray) const {

@@ -81,6 +81,9 @@ class Geometry {
 
   /// Closest hit; false (and hit untouched) if there is none.
   bool intersect(const Ray& ray, Hit& hit) const;
+  /// The nearest hit with one instance, past all others (64 of their surfaces at most); ray.t_min moves beyond what was
+  /// met, so that the next call goes on from there. @param rays if given, grows by the rays that it took
+  bool intersect_instance(Ray& ray, uint32_t instance, Hit& hit, uint64_t* rays = nullptr) const;
   /// Whether anything lies on the ray, opaque or not. Runs no filter.
   bool occluded(const Ray& ray) const;
   /// Whether the ray is blocked, letting non-opaque surfaces through as `visitor` says: bool(const Hit&), true to go on

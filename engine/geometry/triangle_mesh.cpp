@@ -37,15 +37,21 @@ std::array<size_t, 3> TriangleMesh::elements(AttributeDomain domain, uint32_t pr
   return {a, b, c};
 }
 
+std::array<Vec3, 3> TriangleMesh::corner_normals(uint32_t primitive) const {
+  std::array<Vec3, 3> normals;
+  const std::array<size_t, 3> at = elements(normals_domain_, primitive);
+  for (size_t k = 0; k < 3; ++k) {
+    const float* n = normals_.values.data() + 3 * at[k];
+    normals[k] = {n[0], n[1], n[2]};
+  }
+  return normals;
+}
+
 Vec3 TriangleMesh::shading_normal(uint32_t primitive, const Vec2& barycentric) const {
   if (has_normals()) {
-    const auto [a, b, c] = elements(normals_domain_, primitive);
-    const auto normal = [&](size_t i) {
-      const float* n = normals_.values.data() + 3 * i;
-      return Vec3(n[0], n[1], n[2]);
-    };
+    const auto [a, b, c] = corner_normals(primitive);
     const float u = barycentric.x, v = barycentric.y;
-    const Vec3 n = normalize(normal(a) * (1.0f - u - v) + normal(b) * u + normal(c) * v);
+    const Vec3 n = normalize(a * (1.0f - u - v) + b * u + c * v);
     if (length_squared(n) > 0.0f) return n;
   }
   return geometric_normal(primitive);
@@ -54,13 +60,10 @@ Vec3 TriangleMesh::shading_normal(uint32_t primitive, const Vec2& barycentric) c
 Vec3 TriangleMesh::shading_normal_world(uint32_t primitive, const Vec2& barycentric,
                                         const Transform& object_from_world) const {
   if (!has_normals()) return Vec3(0.0f);
-  const auto [a, b, c] = elements(normals_domain_, primitive);
-  const auto normal = [&](size_t i) {
-    const float* n = normals_.values.data() + 3 * i;
-    return normalize(object_from_world.transposed_vector({n[0], n[1], n[2]}));
-  };
+  std::array<Vec3, 3> n = corner_normals(primitive);
+  for (Vec3& normal : n) normal = normalize(object_from_world.transposed_vector(normal));
   const float u = barycentric.x, v = barycentric.y;
-  return normalize(normal(a) * (1.0f - u - v) + normal(b) * u + normal(c) * v);
+  return normalize(n[0] * (1.0f - u - v) + n[1] * u + n[2] * v);
 }
 
 int TriangleMesh::find_attribute(std::string_view name) const {

@@ -175,6 +175,8 @@ class TriangleMesh {
   void check_attributes(Report& report);
   int find_role(AttributeRole role, std::string_view name, const std::string& active) const;
   std::array<size_t, 3> elements(AttributeDomain domain, uint32_t primitive) const;
+  /// The normals of a triangle's corners; there are some.
+  std::array<Vec3, 3> corner_normals(uint32_t primitive) const;
 
   struct Tangents;
 

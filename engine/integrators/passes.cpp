@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "engine/base/hash.h"
-#include "engine/path/shadow_ray.h"
 #include "engine/path/surface.h"
 #include "engine/path/transmittance.h"
 #include "engine/sampling/warp.h"
+#include "engine/scene/shadow_ray.h"
 
 namespace lambent {
 

@@ -1,7 +1,6 @@
 #include "engine/path/photon.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 namespace lambent {
@@ -13,9 +12,6 @@ constexpr int k_exponent_bias = 400;
 /// Lamps' max_bounces from here on (Blender's default is 1024) are taken as no limit by photons.
 constexpr int k_many_bounces = 1024;
 
-/// 2^e for -1022 <= e <= 1023.
-double power_of_two(int e) { return std::bit_cast<double>(static_cast<uint64_t>(e + 1023) << 52); }
-
 float sign_of(float x) { return std::signbit(x) ? -1.0f : 1.0f; }
 
 }  // namespace
@@ -25,7 +21,7 @@ PackedColor PackedColor::of(const Color& color) {
   if (!(largest > 0.0f) || !std::isfinite(largest)) return {};
   int exponent;
   std::frexp(largest, &exponent);
-  const double scale = power_of_two(k_mantissa_bits - exponent);
+  const double scale = std::ldexp(1.0, k_mantissa_bits - exponent);
   uint64_t bits = static_cast<uint64_t>(exponent + k_exponent_bias) << 54;
   for (int c = 0; c < 3; ++c) {
     const double mantissa = static_cast<double>(color[c]) * scale;
@@ -39,7 +35,7 @@ PackedColor PackedColor::of(const Color& color) {
 Color PackedColor::unpack() const {
   if (bits == 0) return Color(0.0f);
   const int exponent = static_cast<int>(bits >> 54) - k_exponent_bias;
-  const double scale = power_of_two(exponent - k_mantissa_bits);
+  const double scale = std::ldexp(1.0, exponent - k_mantissa_bits);
   Color color;
   for (int c = 0; c < 3; ++c) {
     const int field = static_cast<int>(bits >> (18 * c)) & 0x3ffff;

@@ -10,7 +10,7 @@
 namespace lambent {
 namespace {
 
-/// Surfaces on a probe's ray, of any object, that are looked at.
+/// The object's surfaces on a probe's ray that are looked at.
 constexpr int k_most_hits = 64;
 
 /// Profiles are at least as wide, in errors of the entry's position: else probes would pass the surface they are on.
@@ -85,11 +85,8 @@ bool probe_subsurface(const Scene& scene, const SurfaceHit& entry, const Lobe& l
 
   float sum = 0.0f;
   for (int hits = 0; hits < k_most_hits; ++hits) {
-    ++rays;
     Hit hit;
-    if (!scene.geometry().intersect(ray, hit)) break;
-    ray.t_min = std::nextafter(hit.t, k_infinity);
-    if (hit.instance != entry.instance) continue;
+    if (!scene.geometry().intersect_instance(ray, entry.instance, hit, &rays)) break;
     const SurfaceHit surface = scene.geometry().surface(hit);
     const Color weight =
         profile(length(surface.p_world - entry.p_world)) * (axis_weight(axes, surface.ng_world) / pdf_disk);

@@ -16,8 +16,6 @@ namespace {
 constexpr int k_most_events = 256;
 /// From this event on an anisotropic medium is replaced by the isotropic one that is similar to it.
 constexpr int k_similar_from = 10;
-/// Objects inside the one walked through that a step passes at most.
-constexpr int k_most_others = 64;
 /// A walk starts this far, in mean free paths, under the surface at most: rays start below it by what rounding adds.
 constexpr float k_most_depth = 1.0f / 32.0f;
 
@@ -93,21 +91,6 @@ bool enter(const Lobe& lobe, const Vec3& wi, Vec2 u, Vec3& direction) {
   const float inside = safe_sqrt(1.0f - inverse * inverse * (1.0f - cosine * cosine));
   direction = frame.to_world(m * (inverse * cosine - inside) - local * inverse);
   return true;
-}
-
-/// The nearest hit with the instance, past all others.
-bool meet(const Scene& scene, Ray ray, uint32_t instance, uint64_t& rays, Hit& hit) {
-  for (int others = 0; others < k_most_others; ++others) {
-    ++rays;
-    Hit nearest;
-    if (!scene.geometry().intersect(ray, nearest)) return false;
-    if (nearest.instance == instance) {
-      hit = nearest;
-      return true;
-    }
-    ray.t_min = std::nextafter(nearest.t, k_infinity);
-  }
-  return false;
 }
 
 }  // namespace
@@ -188,7 +171,7 @@ bool walk_subsurface(const Scene& scene, const SurfaceHit& entry, const Lobe& lo
     Ray ray{position, 0.0f, direction, t, k_visible_all};
     if (event == 0) ray.t_max = std::max(t, 10.0f / min_component(medium.extinction));
     Hit hit;
-    bool met = meet(scene, ray, entry.instance, rays, hit);
+    bool met = scene.geometry().intersect_instance(ray, entry.instance, hit, &rays);
     if (event == 0 && met) {
       opposite = std::max(dot(direction, outside) * -hit.t, 0.0f);
       met = hit.t < t;

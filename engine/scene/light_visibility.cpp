@@ -8,6 +8,7 @@
 #include "engine/base/frame.h"
 #include "engine/sampling/sampler.h"
 #include "engine/sampling/warp.h"
+#include "engine/scene/shadow_ray.h"
 
 namespace lambent {
 namespace {
@@ -31,16 +32,6 @@ struct Walks {
   const LightSet& lights;
   const std::vector<uint32_t>& cluster_of;
 
-  bool sees(const SurfaceHit& from, const LightSample& light) const {
-    const Vec3 origin = offset_origin(from.p_world, from.p_error, from.ng_world, light.direction_world);
-    Vec3 target = light.p_light_world;
-    if (lights.kind(light.light) == LightKind::triangle) {
-      const SurfaceHit on_light = geometry.surface(light.instance, light.triangle, light.uv);
-      target = offset_origin(on_light.p_world, on_light.p_error, on_light.ng_world, -light.direction_world);
-    }
-    return !geometry.occluded(segment(origin, target, k_visible_shadow), [](const Hit&) { return true; });
-  }
-
   void walk(Ray ray, RandomStream& random, std::vector<Counts>& counts) const {
     for (int vertex = 0; vertex < k_vertices; ++vertex) {
       Hit hit;
@@ -52,7 +43,8 @@ struct Walks {
         if (!light || light.is_infinite || light.light >= cluster_of.size()) continue;
         Counts& count = counts[cluster_of[light.light]];
         ++count.chosen;
-        count.seen += !light.traits->shadows || sees(surface, light) ? 1 : 0;
+        count.seen += !light.traits->shadows ||
+                      !geometry.occluded(shadow_ray(geometry, lights, surface, light), [](const Hit&) { return true; });
       }
       Vec3 direction = ray.direction;
       if (random.next_1d() >= k_straight_on)

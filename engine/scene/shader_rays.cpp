@@ -1,29 +1,8 @@
 #include "engine/scene/shader_rays.h"
 
-#include <cmath>
-
 #include "engine/geometry/geometry.h"
 
 namespace lambent {
-namespace {
-
-constexpr int k_most_others = 64;  ///< other objects that a ray for the own one passes at most
-
-/// The nearest hit with the instance, past all others; moves the ray there.
-bool meet_own(const Geometry& geometry, Ray& ray, uint32_t instance, Hit& hit) {
-  for (int others = 0; others < k_most_others; ++others) {
-    Hit nearest;
-    if (!geometry.intersect(ray, nearest)) return false;
-    ray.t_min = std::nextafter(nearest.t, k_infinity);
-    if (nearest.instance == instance) {
-      hit = nearest;
-      return true;
-    }
-  }
-  return false;
-}
-
-}  // namespace
 
 bool SceneShaderRays::occluded(const ShadingPoint& point, const Vec3& direction, float distance,
                                bool own_object) const {
@@ -32,7 +11,7 @@ bool SceneShaderRays::occluded(const ShadingPoint& point, const Vec3& direction,
   if (!own_object) return geometry_->occluded(ray);
   ray.mask = k_visible_all;
   Hit hit;
-  return meet_own(*geometry_, ray, point.instance, hit);
+  return geometry_->intersect_instance(ray, point.instance, hit);
 }
 
 int SceneShaderRays::crossings(const ShadingPoint& point, const Vec3& origin, const Vec3& direction, float distance,
@@ -40,7 +19,7 @@ int SceneShaderRays::crossings(const ShadingPoint& point, const Vec3& origin, co
   Ray ray{origin, 0.0f, direction, distance, k_visible_all};
   Hit hit;
   int count = 0;
-  while (count < static_cast<int>(found.size()) && meet_own(*geometry_, ray, point.instance, hit)) {
+  while (count < static_cast<int>(found.size()) && geometry_->intersect_instance(ray, point.instance, hit)) {
     const SurfaceHit surface = geometry_->surface(hit);
     found[static_cast<size_t>(count++)] = {surface.p_world, surface.ng_world, surface.ns_world};
   }
@@ -55,7 +34,8 @@ bool SceneShaderRays::meets(const ShadingPoint& point, const Vec3& origin, const
     ray.t_max = distance;
   }
   Hit hit;
-  if (own_object ? !meet_own(*geometry_, ray, point.instance, hit) : !geometry_->intersect(ray, hit)) return false;
+  if (own_object ? !geometry_->intersect_instance(ray, point.instance, hit) : !geometry_->intersect(ray, hit))
+    return false;
   const SurfaceHit surface = geometry_->surface(hit);
   met.distance_m = hit.t;
   met.ns_world = dot(surface.ng_world, direction) > 0.0f ? -surface.ns_world : surface.ns_world;

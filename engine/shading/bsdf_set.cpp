@@ -442,28 +442,25 @@ BsdfEval Bsdf::eval_delta(int index, const Vec3& wi_world, const Vec3& wo_world,
   return result;
 }
 
-std::optional<LobeClass> Bsdf::only_class(const Vec3& wi_world, const Vec3& wo_world) const {
-  std::optional<LobeClass> only;
+/// What `kind_of(lobe, transmitted)` is for a pair of directions, if it is the same for all lobes but deltas.
+template <typename KindOf>
+auto Bsdf::only(const Vec3& wi_world, const Vec3& wo_world, KindOf&& kind_of) const {
+  std::optional<decltype(kind_of(lobes_[0], true))> result;
   for (const Lobe& lobe : lobes()) {
     if (is_delta(lobe)) continue;
-    const bool transmitted = dot(lobe.n, wi_world) * dot(lobe.n, wo_world) < 0.0f;
-    const LobeClass one = class_of(lobe.kind, transmitted);
-    if (only && *only != one) return std::nullopt;
-    only = one;
+    const auto kind = kind_of(lobe, dot(lobe.n, wi_world) * dot(lobe.n, wo_world) < 0.0f);
+    if (result && *result != kind) return decltype(result)();
+    result = kind;
   }
-  return only;
+  return result;
+}
+
+std::optional<LobeClass> Bsdf::only_class(const Vec3& wi_world, const Vec3& wo_world) const {
+  return only(wi_world, wo_world, [](const Lobe& lobe, bool transmitted) { return class_of(lobe.kind, transmitted); });
 }
 
 std::optional<uint8_t> Bsdf::only_event(const Vec3& wi_world, const Vec3& wo_world) const {
-  std::optional<uint8_t> only;
-  for (const Lobe& lobe : lobes()) {
-    if (is_delta(lobe)) continue;
-    const bool transmitted = dot(lobe.n, wi_world) * dot(lobe.n, wo_world) < 0.0f;
-    const uint8_t one = event_of(lobe, transmitted);
-    if (only && *only != one) return std::nullopt;
-    only = one;
-  }
-  return only;
+  return only(wi_world, wo_world, event_of);
 }
 
 EventShares Bsdf::event_shares(const Vec3& wi_world, const Vec3& wo_world) const {

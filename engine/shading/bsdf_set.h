@@ -102,6 +102,8 @@ class Bsdf {
   std::span<const Lobe> lobes() const { return {lobes_, static_cast<size_t>(count_)}; }
 
  private:
+  template <typename KindOf>
+  auto only(const Vec3& wi_world, const Vec3& wo_world, KindOf&& kind_of) const;
   /// What each lobe gets of the samples seen from wi, not normalised. A walk asks for one wi several times: that of the
   /// last call is kept.
   struct Shares {

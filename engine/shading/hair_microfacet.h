@@ -17,6 +17,7 @@
 
 #include "engine/base/frame.h"
 #include "engine/base/hash.h"
+#include "engine/sampling/sampler.h"
 #include "engine/sampling/warp.h"
 #include "engine/shading/albedo_table.h"
 #include "engine/shading/fresnel.h"
@@ -65,7 +66,7 @@ class HairMicrofacets {
     const float edge = -tan_tilt * sin_view / cos_view;
     if (!(edge < 1.0f)) return Color(0.0f);
     const float span = std::min(gamma_at(std::acos(std::max(edge, 0.0f))), k_most_gamma);
-    Numbers numbers(wi, wo);
+    RandomStream numbers = numbers_for(wi, wo);
     const Color sum = reflected(wi, wo, span, numbers) + inner(wi, wo, span, numbers);
     return is_finite(sum) ? sum : Color(0.0f);
   }
@@ -125,21 +126,12 @@ class HairMicrofacets {
     Color reflected{0.0f}, through{0.0f}, returned{0.0f}, rest{0.0f};
   };
 
-  /// As many numbers as the facets need, the same for the same directions.
-  class Numbers {
-   public:
-    Numbers(const Vec3& wi, const Vec3& wo)
-        : state_(std::bit_cast<uint32_t>(wi.y) | uint64_t(std::bit_cast<uint32_t>(wo.y)) << 32) {
-      state_ = hash_u64(state_ ^ (uint64_t(std::bit_cast<uint32_t>(wo.x)) << 16)) ^ std::bit_cast<uint32_t>(wo.z);
-    }
-    float next() {
-      state_ += 0x9e3779b97f4a7c15ull;
-      return unit_float(static_cast<uint32_t>(hash_u64(state_) >> 32));
-    }
-
-   private:
-    uint64_t state_;
-  };
+  /// Numbers that are the same for the same directions.
+  static RandomStream numbers_for(const Vec3& wi, const Vec3& wo) {
+    const uint64_t a = std::bit_cast<uint32_t>(wi.y) | uint64_t(std::bit_cast<uint32_t>(wo.y)) << 32;
+    const uint64_t b = std::bit_cast<uint32_t>(wo.z) | uint64_t(std::bit_cast<uint32_t>(wo.x)) << 32;
+    return RandomStream(hash_u64(a) ^ b);
+  }
 
   Elevation tilted(const Vec3& w, const Way& way) const {
     const float sine = std::clamp(w.x, -1.0f, 1.0f), cosine = safe_sqrt(1.0f - sqr(sine));
@@ -188,16 +180,9 @@ class HairMicrofacets {
   static bool sees(const Vec3& w, const Vec3& normal, const Vec3& facet) {
     return dot(w, facet) > 0.0f && dot(w, normal) > 0.0f;
   }
-  float density(float cosine) const {
-    if (cosine <= 0.0f) return 0.0f;
-    const float a2 = sqr(alpha_), t = 1.0f + (a2 - 1.0f) * sqr(std::min(cosine, 1.0f));
-    return t > 0.0f ? a2 / (k_pi * t * t) : 0.0f;
-  }
-  float lambda(float cosine) const {
-    const float c2 = sqr(cosine);
-    if (!(c2 > 1e-12f)) return 1e6f;
-    return 0.5f * (std::sqrt(1.0f + sqr(alpha_) * std::max(1.0f - c2, 0.0f) / c2) - 1.0f);
-  }
+  static Vec3 at_cosine(float cosine) { return {safe_sqrt(1.0f - sqr(cosine)), 0.0f, cosine}; }
+  float density(float cosine) const { return facets_.d(at_cosine(std::min(cosine, 1.0f))); }
+  float lambda(float cosine) const { return facets_.lambda(at_cosine(cosine)); }
   float masking(float cos_a, float cos_b) const { return 1.0f / (1.0f + lambda(cos_a) + lambda(cos_b)); }
   /// Given that the direction of cos_a is not masked.
   float masking_after(float cos_a, float cos_b) const {
@@ -212,15 +197,7 @@ class HairMicrofacets {
     const Frame frame = Frame::from_normal(normal);
     return frame.to_world(facets_.sample_normal(frame.to_local(w), u));
   }
-  /// Refracted at a facet, away from it; false beyond the critical angle.
-  static bool refracted(const Vec3& w, const Vec3& facet, float cosine, float eta, Vec3& through) {
-    const float inverse = 1.0f / eta, cos2 = 1.0f - sqr(inverse) * (1.0f - sqr(cosine));
-    if (!(cos2 > 0.0f)) return false;
-    through = facet * (inverse * cosine - std::sqrt(cos2)) - w * inverse;
-    return true;
-  }
-
-  Color reflected(const Vec3& wi, const Vec3& wo, float span, Numbers& numbers) const {
+  Color reflected(const Vec3& wi, const Vec3& wo, float span, RandomStream& numbers) const {
     if (!(strength_.x > 0.0f)) return Color(0.0f);
     const Vec3 wh = normalize(wi + wo);
     if (length_squared(wh) == 0.0f || dot(wi, wh) <= 0.0f || dot(wo, wh) <= 0.0f) return Color(0.0f);
@@ -229,7 +206,7 @@ class HairMicrofacets {
     const float off = 2.0f * std::sin(0.5f * (std::asin(std::clamp(wh.y, -1.0f, 1.0f)) - tilt_rad_));
     const float width = std::sqrt((sqr(alpha_) + sqr(off)) / std::max(cos_wh * std::cos(tilt_rad_), 0.02f)) + 1e-4f;
     const float low = std::atan((-span - middle) / width), high = std::atan((span - middle) / width);
-    const float step = (high - low) / static_cast<float>(k_reflection_points), shift = numbers.next();
+    const float step = (high - low) / static_cast<float>(k_reflection_points), shift = numbers.next_1d();
     float sum = 0.0f;
     for (int i = 0; i < k_reflection_points; ++i) {
       const float tangent = std::tan(low + step * (static_cast<float>(i) + shift));
@@ -246,14 +223,14 @@ class HairMicrofacets {
   }
 
   /// TT, TRT and beyond.
-  Color inner(const Vec3& wi, const Vec3& wo, float span, Numbers& numbers) const {
+  Color inner(const Vec3& wi, const Vec3& wo, float span, RandomStream& numbers) const {
     if (!(strength_.y > 0.0f || strength_.z > 0.0f)) return Color(0.0f);
     const int points = std::clamp(static_cast<int>(2.5f / alpha_), k_least_points, k_most_points);
     const float step = 2.0f * span / static_cast<float>(points);
     // Points of the lattice R6 (Roberts 2018), moved at random
-    const float shift = numbers.next();
+    const float shift = numbers.next_1d();
     float u[k_numbers];
-    for (float& number : u) number = numbers.next();
+    for (float& number : u) number = numbers.next_1d();
     static constexpr float k_step[k_numbers] = {0.8986537f, 0.8075784f, 0.7257333f, 0.6521830f, 0.5860868f, 0.5266890f};
     Color sum(0.0f), rest(0.0f);
     for (int i = 0; i < points; ++i) {
@@ -277,7 +254,7 @@ class HairMicrofacets {
     const float cos_hi1 = dot(wi, h1);
     if (!(cos_hi1 > 0.0f)) return;
     Vec3 wt;
-    if (!refracted(wi, h1, cos_hi1, eta_, wt)) return;
+    if (!refract(wi, h1, eta_, wt)) return;
     // Cycles asks whether the facet and its mean normal see both directions as if light came back along wt
     if (!sees(wi, flat1, h1) || dot(wt, m1) >= 0.0f || dot(wt, flat1) >= 0.0f) return;
     const float t1 = (1.0f - fresnel_dielectric(cos_hi1, eta_)) * energy_scale(cos_mi1, eta_);

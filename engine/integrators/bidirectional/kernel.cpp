@@ -6,10 +6,10 @@
 #include "engine/integrators/bidirectional/grazing_reach.h"
 #include "engine/integrators/bidirectional/joined_limits.h"
 #include "engine/path/roulette.h"
-#include "engine/path/shadow_ray.h"
 #include "engine/path/subsurface_walk.h"
 #include "engine/path/surface.h"
 #include "engine/path/transmittance.h"
+#include "engine/scene/shadow_ray.h"
 
 namespace lambent::bidirectional {
 
@@ -414,89 +414,85 @@ void Kernel<profile>::connect(const Here& here, const LightWalk& walk, float sca
 template <KernelProfile profile>
 void Kernel<profile>::merge(const Here& here, const Sampler& sampler, uint32_t event_index) {
   const PhotonMap& photons = *pass_.photons;
-  const float radius = std::sqrt(reach_.area * k_inv_pi);
   const bool grazes = any_without_cosine(here.bsdf);
+  const float radius = std::sqrt(reach_.area * k_inv_pi), reach = grazes ? k_longest_reach * radius : radius;
   const EventCounts before = counts();
   const Vec3& ng = here.point.ng_world;
   const float u = sampler.get_1d(bounce_dimension(event_index, k_dimension_connection));
   const float per_photon = 1.0f / (reach_.area * static_cast<float>(photons.paths()));
-  photons.query(here.hit.p_world, grazes ? k_longest_reach * radius : radius, k_most_photons, u,
-                [&](const Photon& photon, float scale) {
-                  const PhotonRecord* record = &photons.record(photon.record);
-                  const int depth = record->depth, n = here.i + depth - 1;
-                  if (n - 1 > settings_.bounces.total) return;
-                  if (record->flags & k_record_limited) {
-                    const PhotonRecord* light = record;
-                    while (light->depth > 0) --light;
-                    if (n - 1 > scene_.lights().traits(light->light).max_bounces) return;
-                  }
-                  const float conditional = record->previous_per_solid_angle;  // used at depth 1
-                  const Vec3 wi = unpack_direction(photon.wi);
-                  const float cos_light = dot(ng, wi);
-                  if (std::fabs(dot(ng, unpack_direction(photon.normal))) < k_least_normal_agreement ||
-                      std::fabs(cos_light) < 1e-6f)
-                    return;
-                  float per_cosine = 1.0f / std::fabs(cos_light);
-                  if (grazes) {
-                    const Vec3 offset = photon.p_world - here.hit.p_world;
-                    if (!(length_squared(offset) - sqr(dot(offset, wi)) < sqr(radius))) return;
-                    per_cosine = 1.0f / reach_across(std::fabs(cos_light));
-                  }
-                  const BsdfEval scattered = here.bsdf.eval(here.point.wi_world, wi, Transport::radiance);
-                  if (is_black(scattered.f_cos) || !(scattered.pdf_solid_angle > 0.0f)) return;
-                  Color contribution =
-                      throughput_ * scattered.f_cos * photon.flux.unpack() * (scale * per_photon * per_cosine);
-                  const EventCounts light_side{std::max(depth - 2, 0), record->counts.diffuse, record->counts.glossy,
-                                               record->counts.transmission, record->counts.transparent};
-                  const int counted = depth >= 2 ? 1 : 0;
-                  if (limits_are_near(settings_.bounces, before, light_side, counted)) {
-                    const EventShares shares = here.bsdf.event_shares(here.point.wi_world, wi);
-                    contribution *= share_within_limits(settings_.bounces, before, light_side,
-                                                        counted ? &shares : nullptr, nullptr);
-                    if (is_black(contribution)) return;
-                  }
+  photons.query(here.hit.p_world, reach, k_most_photons, u, [&](const Photon& photon, float scale) {
+    const PhotonRecord* record = &photons.record(photon.record);
+    const int depth = record->depth, n = here.i + depth - 1;
+    if (n - 1 > settings_.bounces.total) return;
+    if (record->flags & k_record_limited) {
+      const PhotonRecord* light = record;
+      while (light->depth > 0) --light;
+      if (n - 1 > scene_.lights().traits(light->light).max_bounces) return;
+    }
+    const float conditional = record->previous_per_solid_angle;  // used at depth 1
+    const Vec3 wi = unpack_direction(photon.wi);
+    const float cos_light = dot(ng, wi);
+    if (std::fabs(dot(ng, unpack_direction(photon.normal))) < k_least_normal_agreement || std::fabs(cos_light) < 1e-6f)
+      return;
+    float per_cosine = 1.0f / std::fabs(cos_light);
+    if (grazes) {
+      const Vec3 offset = photon.p_world - here.hit.p_world;
+      if (!(length_squared(offset) - sqr(dot(offset, wi)) < sqr(radius))) return;
+      per_cosine = 1.0f / reach_across(std::fabs(cos_light));
+    }
+    const BsdfEval scattered = here.bsdf.eval(here.point.wi_world, wi, Transport::radiance);
+    if (is_black(scattered.f_cos) || !(scattered.pdf_solid_angle > 0.0f)) return;
+    Color contribution = throughput_ * scattered.f_cos * photon.flux.unpack() * (scale * per_photon * per_cosine);
+    const EventCounts light_side{std::max(depth - 2, 0), record->counts.diffuse, record->counts.glossy,
+                                 record->counts.transmission, record->counts.transparent};
+    const int counted = depth >= 2 ? 1 : 0;
+    if (limits_are_near(settings_.bounces, before, light_side, counted)) {
+      const EventShares shares = here.bsdf.event_shares(here.point.wi_world, wi);
+      contribution *= share_within_limits(settings_.bounces, before, light_side, counted ? &shares : nullptr, nullptr);
+      if (is_black(contribution)) return;
+    }
 
-                  pdfs_.n = n;
-                  float weight = 1.0f;
-                  if (pass_.set.weighted()) {
-                    pdfs_.reserve(n);
-                    set_scatter(here, scattered);
-                    pdfs_.light[here.i] = record->own;
-                    const float previous = record->previous_per_solid_angle;
-                    for (int d = depth - 1, i = here.i + 1; d >= 0; --d, ++i) {
-                      do --record;
-                      while (record->depth != d);
-                      if (d == 0) break;
-                      pdfs_.light[i] = record->own;
-                      pdfs_.camera[i] = d == depth - 1 ? scattered.pdf_solid_angle * previous : record->other;
-                      pdfs_.flags[i] = static_cast<uint8_t>((record->flags & k_record_connectible ? k_connectible : 0) |
-                                                            k_light_arrives | k_light_scatters);
-                    }
-                    pdfs_.next_event = record->own;
-                    pdfs_.scatter = !(record->flags & k_record_can_be_hit) ? 0.0f
-                                    : depth > 1                            ? record->other
-                                                                           : scattered.pdf_solid_angle;
-                    pdfs_.light_conditional = depth > 1 ? record->previous_per_solid_angle : conditional;
-                    weight = weigh(pdfs_, Technique::merging, here.i, reach_);
-                  }
-                  if (!(weight > 0.0f)) return;
-                  const EventSequence walked = events_;
-                  if (settings_.observer) {
-                    events_.append(likeliest_event(here.bsdf, here.point.wi_world, wi));
-                    events_.count += depth - 1;  // photons do not keep theirs
-                  }
-                  const PhotonRecord* first = record;
-                  while ((settings_.observer || passes_) && first->depth != 0) --first;
-                  const LightIndex light = first->depth == 0 ? first->light : k_no_light;
-                  const Color added = add(contribution, Technique::merging, weight, light, true);
-                  events_ = walked;
-                  if (merged_) merged_->emplace_back(photon.record, luminance(abs(added)));
-                  if (!passes_ || light == k_no_light) return;
-                  EventSequence light_events;
-                  light_events.append_packed(passes_->wants_events() ? photons.events(photon.record) : 0, depth - 1);
-                  passes_->joined(added, here.hit.instance, here.bsdf, here.point.wi_world, wi, Technique::merging,
-                                  light_events, scene_.source_of(light), scene_.lights().traits(light).group);
-                });
+    pdfs_.n = n;
+    float weight = 1.0f;
+    if (pass_.set.weighted()) {
+      pdfs_.reserve(n);
+      set_scatter(here, scattered);
+      pdfs_.light[here.i] = record->own;
+      const float previous = record->previous_per_solid_angle;
+      for (int d = depth - 1, i = here.i + 1; d >= 0; --d, ++i) {
+        do --record;
+        while (record->depth != d);
+        if (d == 0) break;
+        pdfs_.light[i] = record->own;
+        pdfs_.camera[i] = d == depth - 1 ? scattered.pdf_solid_angle * previous : record->other;
+        pdfs_.flags[i] = static_cast<uint8_t>((record->flags & k_record_connectible ? k_connectible : 0) |
+                                              k_light_arrives | k_light_scatters);
+      }
+      pdfs_.next_event = record->own;
+      pdfs_.scatter = !(record->flags & k_record_can_be_hit) ? 0.0f
+                      : depth > 1                            ? record->other
+                                                             : scattered.pdf_solid_angle;
+      pdfs_.light_conditional = depth > 1 ? record->previous_per_solid_angle : conditional;
+      weight = weigh(pdfs_, Technique::merging, here.i, reach_);
+    }
+    if (!(weight > 0.0f)) return;
+    const EventSequence walked = events_;
+    if (settings_.observer) {
+      events_.append(likeliest_event(here.bsdf, here.point.wi_world, wi));
+      events_.count += depth - 1;  // photons do not keep theirs
+    }
+    const PhotonRecord* first = record;
+    while ((settings_.observer || passes_) && first->depth != 0) --first;
+    const LightIndex light = first->depth == 0 ? first->light : k_no_light;
+    const Color added = add(contribution, Technique::merging, weight, light, true);
+    events_ = walked;
+    if (merged_) merged_->emplace_back(photon.record, luminance(abs(added)));
+    if (!passes_ || light == k_no_light) return;
+    EventSequence light_events;
+    light_events.append_packed(passes_->wants_events() ? photons.events(photon.record) : 0, depth - 1);
+    passes_->joined(added, here.hit.instance, here.bsdf, here.point.wi_world, wi, Technique::merging, light_events,
+                    scene_.source_of(light), scene_.lights().traits(light).group);
+  });
 }
 
 // --- The camera walk -----------------------------------------------------------------------------------------------

@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "engine/path/roulette.h"
-#include "engine/path/shadow_ray.h"
 #include "engine/path/subsurface_walk.h"
+#include "engine/scene/shadow_ray.h"
 
 namespace lambent::path_tracer {
 

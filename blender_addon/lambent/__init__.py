@@ -49,12 +49,20 @@ def _expect_render_if_chosen():
         session.expect_render()
 
 
+@persistent
+def _start_daemon_early(scene, *_):
+    """A render begins, wherever it was asked for: the daemon starts while Blender still evaluates the scene."""
+    if scene.render.engine == engine.LambentRenderEngine.bl_idname:
+        session.expect_render()
+
+
 def register():
     """Blender calls this when the add-on is enabled."""
     ui.register()
     engine.register()
     bpy.app.handlers.load_pre.append(_forget_file)
     bpy.app.handlers.load_post.append(_expect_render)
+    bpy.app.handlers.render_init.append(_start_daemon_early)
     _expect_render()
     atexit.register(session.close_all)
 
@@ -64,6 +72,7 @@ def unregister():
     atexit.unregister(session.close_all)
     bpy.app.handlers.load_pre.remove(_forget_file)
     bpy.app.handlers.load_post.remove(_expect_render)
+    bpy.app.handlers.render_init.remove(_start_daemon_early)
     bpy.msgbus.clear_by_owner(_engine_watch)
     viewport.close_all()
     engine.unregister()

@@ -344,6 +344,18 @@ print('THE SAME', session._owned_daemon is first)
     assert "{'FINISHED'}" in run.output
 
 
+def test_the_daemon_starts_before_blender_evaluates_what_a_script_renders(run_blender):
+    run = run_blender(
+        """
+from lambent.render import session
+session.close_all()
+bpy.app.handlers.render_pre.append(lambda *_: print('RUNNING', session._owned_daemon is not None and session._owned_daemon.running))
+print(bpy.ops.render.render())
+"""
+    )
+    assert "RUNNING True" in run.output and "{'FINISHED'}" in run.output, run.output
+
+
 def test_opening_a_file_says_nothing_of_a_daemon_that_is_not_there(run_blender, tmp_path):
     run = run_blender(
         f"""

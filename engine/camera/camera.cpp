@@ -26,8 +26,9 @@ ViewPlane view_plane_of(const CameraSpec& spec) {
   return {horizontal ? half : half * x / y, horizontal ? half * y / x : half, 2.0 * half};
 }
 
+bool positive(float v) { return v > 0.0f && std::isfinite(v); }
+
 std::string problem_of(const CameraSpec& spec) {
-  const auto positive = [](float v) { return v > 0.0f && std::isfinite(v); };
   if (!spec.world_from_camera.is_finite()) return "its transform is not finite";
   if (!spec.world_from_camera.is_invertible()) return "its transform is singular (a scale of zero)";
   if (spec.width_px <= 0 || spec.height_px <= 0) return "the frame has no pixels";
@@ -41,16 +42,19 @@ std::string problem_of(const CameraSpec& spec) {
   if (!std::isfinite(spec.shift.x) || !std::isfinite(spec.shift.y)) return "its shift is not finite";
   if (!(spec.clip_near_m >= 0.0f) || !(spec.clip_far_m > spec.clip_near_m))
     return "its clipping range is empty or starts below 0";
-  if (spec.depth_of_field) {
-    if (!positive(spec.fstop)) return "its f-stop must be above 0";
-    if (!positive(spec.focus_distance_m)) return "its focus distance must be above 0";
-    if (!positive(spec.aperture_ratio)) return "its aperture ratio must be above 0";
-    if (!std::isfinite(spec.rotation_rad)) return "its aperture rotation is not finite";
-  }
   return {};
 }
 
 }  // namespace
+
+std::string lens_problem(const CameraSpec& spec) {
+  if (!spec.depth_of_field) return {};
+  if (!positive(spec.fstop)) return "its f-stop must be above 0";
+  if (!positive(spec.focus_distance_m)) return "its focus distance must be above 0";
+  if (!positive(spec.aperture_ratio)) return "its aperture ratio must be above 0";
+  if (!std::isfinite(spec.rotation_rad)) return "its aperture rotation is not finite";
+  return {};
+}
 
 Result<Camera> Camera::create(const CameraSpec& spec) {
   if (const std::string problem = problem_of(spec); !problem.empty())
@@ -84,7 +88,7 @@ Result<Camera> Camera::create(const CameraSpec& spec) {
   camera.plane_per_px_ = {static_cast<float>(step_x), static_cast<float>(step_y)};
   camera.px2_per_plane_ = static_cast<float>(1.0 / (step_x * step_y));
 
-  if (spec.depth_of_field) {
+  if (spec.depth_of_field && lens_problem(spec).empty()) {
     // Orthographic cameras have no focal length: Cycles takes 1 m.
     const float focal_length_m = spec.projection == Projection::perspective ? spec.focal_length_mm * 1e-3f : 1.0f;
     camera.lens_radius_ = focal_length_m / (2.0f * spec.fstop);

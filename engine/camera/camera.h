@@ -43,6 +43,10 @@ struct CameraSpec {
   float aperture_ratio = 1.0f;
 };
 
+/// Why there is no depth of field although `spec` asks for it (f-stop, focus distance or ratio not > 0, rotation not
+/// finite); else empty.
+std::string lens_problem(const CameraSpec& spec);
+
 /// A ray into the scene. `origin + t * direction` for t in [t_min, t_max] is visible (clipping). Its cone
 /// (Akenine-Möller 2019) has width `width_px_m + spread * t`: the extent of one pixel there.
 struct CameraRay {
@@ -85,7 +89,7 @@ class Camera {
  public:
   /// Fails, naming the camera and the parameter, for values that define no picture: a singular or non-finite transform,
   /// focal length, sensor, ortho scale, pixel aspect, frame size not > 0, near clipping plane not >= 0 or not before
-  /// the far one, f-stop, focus distance or ratio not > 0.
+  /// the far one. With a lens_problem() everything is in focus.
   static Result<Camera> create(const CameraSpec& spec);
 
   /// Ray through `raster_px` from lens position `u_lens` in [0, 1)²; `time` is handed on. Every raster position gives a

@@ -253,8 +253,6 @@ TEST(Camera, impossible_descriptions_are_refused_by_name) {
   refused([](CameraSpec& s) { s.world_from_camera = Transform::scale({1, 0, 1}); }, "singular");
   refused([](CameraSpec& s) { s.world_from_camera = Transform::translation({NAN, 0, 0}); }, "finite");
   refused([](CameraSpec& s) { s.clip_far_m = 0.01f; }, "clipping");
-  refused([](CameraSpec& s) { s.fstop = 0; }, "f-stop");
-  refused([](CameraSpec& s) { s.focus_distance_m = -1; }, "focus");
   refused([](CameraSpec& s) { s.width_px = 0; }, "pixels");
   refused([](CameraSpec& s) { s.pixel_aspect.y = 0; }, "aspect");
   refused(
@@ -263,6 +261,22 @@ TEST(Camera, impossible_descriptions_are_refused_by_name) {
         s.ortho_scale = 0;
       },
       "scale");
+}
+
+TEST(Camera, with_an_impossible_lens_everything_is_in_focus) {
+  const auto sharp = [](auto&& change, const char* word) {
+    CameraSpec spec;
+    spec.depth_of_field = true;
+    EXPECT_TRUE(lens_problem(spec).empty());
+    EXPECT_NE(make(spec).sample_ray({10, 10}, {0.9f, 0.3f}).origin, Vec3(0.0f));
+    change(spec);
+    EXPECT_NE(lens_problem(spec).find(word), std::string::npos) << lens_problem(spec);
+    EXPECT_EQ(make(spec).sample_ray({10, 10}, {0.9f, 0.3f}).origin, Vec3(0.0f));
+  };
+  sharp([](CameraSpec& s) { s.fstop = 0; }, "f-stop");
+  sharp([](CameraSpec& s) { s.focus_distance_m = -1; }, "focus");
+  sharp([](CameraSpec& s) { s.aperture_ratio = NAN; }, "ratio");
+  sharp([](CameraSpec& s) { s.rotation_rad = INFINITY; }, "rotation");
 }
 
 }  // namespace

@@ -416,8 +416,11 @@ Result<std::shared_ptr<const Scene>> SceneBuilder::build_scene(const SceneDescri
   state.prepare_textures(description);
 
   // A first camera, to have a Scene to fill; it is made again once the origin shift is known.
-  Result<Camera> first_camera = Camera::create(camera_spec(*camera->second, settings, Vec3d(0.0)));
+  const CameraSpec spec = camera_spec(*camera->second, settings, Vec3d(0.0));
+  Result<Camera> first_camera = Camera::create(spec);
   if (!first_camera) return Error{first_camera.error()};
+  if (const std::string problem = lens_problem(spec); !problem.empty())
+    report.warning("bad_value", spec.name, "Camera \"" + spec.name + "\": " + problem + "; there is no depth of field");
   State::Build build{description, cancel, report, std::shared_ptr<Scene>(new Scene(*first_camera)), {}, {}, {}, {},
                      false,       {},     {}};
   bool motion = false;

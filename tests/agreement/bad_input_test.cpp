@@ -79,6 +79,12 @@ TEST(BadInput, no_camera_is_a_failure_that_says_so) {
   EXPECT_NE(outcome.message.find("camera"), std::string::npos);
 }
 
+TEST(BadInput, with_a_lens_that_is_impossible_everything_is_in_focus) {
+  SceneMaker maker = floor_under_sun();
+  maker.camera.depth_of_field.emplace().focus_distance_m = 0.0f;
+  expect_floor_and_message(maker, maker.settings.camera);
+}
+
 TEST(BadInput, an_empty_scene_shows_the_world) {
   SceneMaker maker(4, 4, 4);
   EXPECT_EQ(mean(render(maker.transaction())).value, Color(0.0f));

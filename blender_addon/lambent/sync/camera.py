@@ -7,6 +7,9 @@ from mathutils import Matrix, Vector
 
 from . import motion
 
+# Of the protocol; more are round in any picture. Blender has no bounds, below 3 is round too.
+_MAX_BLADES = 1000
+
 
 def export_camera(edits, camera_object, matrix_world, shift_x, neighbours=None):
     """Puts the camera of an evaluated object seen from matrix_world (mathutils 4x4) and returns its id.
@@ -49,7 +52,7 @@ def depth_of_field(dof, matrix_world):
     return {
         "focus_distance_m": _focus_distance(dof, matrix_world),
         "fstop": dof.aperture_fstop,
-        "blades": dof.aperture_blades,
+        "blades": min(max(dof.aperture_blades, 0), _MAX_BLADES),
         "rotation_rad": dof.aperture_rotation,
         "ratio": dof.aperture_ratio,
     }

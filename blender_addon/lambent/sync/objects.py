@@ -18,8 +18,8 @@ _NOT_RENDERED = {
     "VOLUME": "volume objects",
     "CURVES": "hair curves",
     "POINTCLOUD": "point clouds",
-    "GPENCIL": "grease pencil",
-    "GREASEPENCIL": "grease pencil",
+    "GPENCIL": "grease pencil objects",
+    "GREASEPENCIL": "grease pencil objects",
 }
 _VISIBILITY = ("camera", "diffuse", "glossy", "transmission", "shadow", "volume_scatter")
 _STOP_CHECK_INTERVAL = 256
@@ -133,7 +133,7 @@ class ObjectExporter:
             value = self._begin_surface(found, owner, parent)
         else:
             if found.type in _NOT_RENDERED:
-                self._edits.unsupported(name, f"{name}: {_NOT_RENDERED[found.type]} are not supported; it is left out")
+                self._edits.unsupported(name, f"{name} is left out: {_NOT_RENDERED[found.type]} are not supported")
             value = None
         if value is None:
             return None

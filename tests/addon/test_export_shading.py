@@ -108,6 +108,54 @@ links.new(diffuse.outputs[0], output.inputs['Surface'])
     assert noise["properties"]["noise_dimensions"] == "3D" and "W" not in noise["inputs"]
 
 
+def test_cycles_of_muted_nodes_and_of_groups_end(run_blender):
+    run = run_blender(
+        simple(
+            """
+diffuse = nodes.new('ShaderNodeBsdfDiffuse')
+first, second = nodes.new('ShaderNodeGamma'), nodes.new('ShaderNodeGamma')
+first.mute = second.mute = True
+links.new(first.outputs[0], second.inputs['Color'])
+links.new(second.outputs[0], first.inputs['Color'])
+links.new(second.outputs[0], diffuse.inputs['Color'])
+tree = bpy.data.node_groups.new('through', 'ShaderNodeTree')
+if hasattr(tree, 'interface'):
+    for way in ('INPUT', 'OUTPUT'): tree.interface.new_socket('Value', in_out=way, socket_type='NodeSocketFloat')
+else:
+    tree.inputs.new('NodeSocketFloat', 'Value'), tree.outputs.new('NodeSocketFloat', 'Value')
+tree.links.new(tree.nodes.new('NodeGroupInput').outputs[0], tree.nodes.new('NodeGroupOutput').inputs[0])
+group = nodes.new('ShaderNodeGroup')
+group.node_tree = tree
+links.new(group.outputs[0], group.inputs[0])
+links.new(group.outputs[0], diffuse.inputs['Roughness'])
+links.new(diffuse.outputs[0], output.inputs['Surface'])
+"""
+        )
+    )
+    assert "could not be exported" not in run.output
+    assert surface_node(graph_of(run))["type"] == "BsdfDiffuse"
+
+
+def test_long_chains_of_nodes_travel_whole(run_blender):
+    graph = graph_of(
+        run_blender(
+            simple(
+                """
+diffuse = nodes.new('ShaderNodeBsdfDiffuse')
+end = nodes.new('ShaderNodeTexNoise').outputs['Color']
+for _ in range(800):
+    link = nodes.new('ShaderNodeGamma')
+    links.new(end, link.inputs['Color'])
+    end = link.outputs[0]
+links.new(end, diffuse.inputs['Color'])
+links.new(diffuse.outputs[0], output.inputs['Surface'])
+"""
+            )
+        )
+    )
+    assert len(graph["nodes"]) == 802
+
+
 def test_settings_ramps_and_curves_of_nodes(run_blender):
     run = run_blender(
         simple(

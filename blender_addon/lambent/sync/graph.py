@@ -8,6 +8,9 @@ that lead to it. What a socket receives is either a constant (a number, a list, 
 socket is one of those that default to something of the surface (normals, texture coordinates).
 """
 
+import contextlib
+import sys
+
 import bpy
 
 from . import compat, node_properties, point_density, udim
@@ -15,6 +18,8 @@ from . import compat, node_properties, point_density, udim
 _FOLDED_CONSTANTS = ("ShaderNodeValue", "ShaderNodeRGB")
 # Blender allows no group inside itself; a file that holds one all the same ends here.
 _DEEPEST_GROUP = 64
+# Python 3.10 and before use the machine's stack for calls, which is why there is a bound.
+_LONGEST_CHAIN, _CALLS_A_NODE = 2000, 5
 _NUMBERS = ("VALUE", "INT", "BOOLEAN")
 _TRIPLES = ("RGBA", "VECTOR")
 # Rec. 709 luminance, by which a colour becomes a number when linked to a number's socket.
@@ -38,11 +43,16 @@ class GraphBuilder:
         self._nodes = []
         self._indices = {}
         self._entered = set()
+        self._following = set()
         self._redirected = {}
 
     def build(self, tree, outputs, aovs=frozenset()):
         """The GRAPH of tree with those of outputs (socket names in lower case: surface, volume, displacement) that are
         linked and all nodes that output aovs (names), or None where there is neither an output node nor an AOV."""
+        with _deep_recursion():
+            return self._build(tree, outputs, aovs)
+
+    def _build(self, tree, outputs, aovs):
         output_node = tree.get_output_node("CYCLES")
         links = {}
         for socket in output_node.inputs if output_node is not None else ():
@@ -72,10 +82,18 @@ class GraphBuilder:
         """(value, socket type it has) of what is linked to an input socket; (NOTHING, None) without a live link."""
         if not socket.is_linked:
             return NOTHING, None
-        for link in socket.links:
-            if link.is_valid and not link.is_muted and link.from_socket.enabled and link.to_socket.enabled:
-                return self._follow_output(link.from_node, link.from_socket, path)
-        return NOTHING, None
+        key = (_key_of(path), socket.as_pointer())
+        if key in self._following:
+            # A cycle through muted nodes or groups alone: cut here.
+            return NOTHING, None
+        self._following.add(key)
+        try:
+            for link in socket.links:
+                if link.is_valid and not link.is_muted and link.from_socket.enabled and link.to_socket.enabled:
+                    return self._follow_output(link.from_node, link.from_socket, path)
+            return NOTHING, None
+        finally:
+            self._following.discard(key)
 
     def _follow_output(self, node, socket, path):
         kind = node.bl_idname
@@ -125,7 +143,7 @@ class GraphBuilder:
         return self._convert(value, type_name, outer.type), outer.type
 
     def _node_index(self, node, path):
-        key = (tuple(group.as_pointer() for group in path), node.as_pointer())
+        key = (_key_of(path), node.as_pointer())
         if key in self._indices:
             return self._indices[key]
         if key in self._entered:
@@ -215,6 +233,21 @@ class GraphBuilder:
         if to_type == "VECTOR" and isinstance(value, list):
             return value[:3]
         return value
+
+
+@contextlib.contextmanager
+def _deep_recursion():
+    """Lets chains of nodes be as long as _LONGEST_CHAIN while it holds."""
+    usual = sys.getrecursionlimit()
+    sys.setrecursionlimit(max(usual, _LONGEST_CHAIN * _CALLS_A_NODE))
+    try:
+        yield
+    finally:
+        sys.setrecursionlimit(usual)
+
+
+def _key_of(path):
+    return tuple(group.as_pointer() for group in path)
 
 
 def _aov_nodes(tree, path, aovs):

@@ -396,18 +396,18 @@ print(render())
     assert set(run.values("object")) == {"good"}
 
 
-def test_numbers_that_are_not_finite_are_reported_by_name(run_blender):
+def test_numbers_that_no_float_holds_are_reported_by_name(run_blender):
     run = run_blender(
         """
 from lambent.sync import compat
 light = bpy.data.lights.new('odd', 'POINT')
 add('odd', light)
-compat.light_color = lambda light: [float('nan'), 1.0, 1.0]
+compat.light_color = lambda light: [float('nan'), 3.5e38, 3.4e38]
 render()
 """
     )
-    assert run.values("light")["odd"]["color"] == [0.0, 1.0, 1.0]
-    assert "odd: color is nan; 0 is used instead" in run.output
+    assert run.values("light")["odd"]["color"] == [0.0, 0.0, 3.4e38]
+    assert "odd: color is nan; 0 is used instead" in run.output and "odd: color is 3.5e+38; 0" in run.output
 
 
 def test_focus_distance_is_measured_in_metres_from_the_camera(run_blender):

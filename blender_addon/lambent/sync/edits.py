@@ -4,11 +4,16 @@
 """Collecting what a scene is, and keeping what the daemon knows, so that only differences travel."""
 
 import hashlib
+import re
 
 from ..wire import messages
 
 # Cycles' surface for faces without a material.
 DEFAULT_MATERIAL = "lambent:default surface"
+
+_LARGEST_FLOAT = 3.4028234663852886e38
+# What may be above it, in JSON.
+_LARGE = re.compile(rb"e\+(3[89]|[4-9]\d|\d{3})")
 
 _KINDS = ("image", "material", "mesh", "light", "camera", "world", "object", "settings")
 
@@ -62,10 +67,12 @@ class SceneEdits:
         return {"array": key}
 
     def put(self, kind, identifier, value):
-        """The datablock is in the scene with that value. Numbers that are not finite become 0 and are reported."""
+        """The datablock is in the scene with that value. Numbers that no float holds become 0 and are reported."""
         try:
             encoded = messages.encode_json(value)
-        except ValueError:
+        except ValueError:  # not finite
+            encoded = None
+        if encoded is None or _LARGE.search(encoded):
             value = self._finite(value, value.get("name", identifier), "")
             encoded = messages.encode_json(value)
         key = (kind, identifier)
@@ -134,7 +141,7 @@ class SceneEdits:
             state._known[key] = (digest, state._sync)
 
     def _finite(self, value, name, parameter):
-        if isinstance(value, float) and value - value != 0.0:
+        if isinstance(value, float) and not abs(value) <= _LARGEST_FLOAT:
             self.report("error", "not_finite", name, f"{name}: {parameter} is {value}; 0 is used instead")
             return 0.0
         if isinstance(value, dict):

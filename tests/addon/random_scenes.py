@@ -140,11 +140,11 @@ class RandomScene:
             lambda: add.object.add(type="LATTICE", location=place),
             lambda: add.object.curves_empty_hair_add(location=place),
         ]
-        with contextlib.suppress(RuntimeError, AttributeError):  # e.g. hair without a mesh to grow on
+        try:
             self._some(makers)()
-        found = bpy.context.object
-        if found is None:
+        except (RuntimeError, AttributeError):  # e.g. hair without a mesh to grow on
             return
+        found = bpy.context.object
         found.rotation_euler = [self._random.uniform(0, 6) for _ in range(3)]
         if self._chance(0.3):
             found.scale = [self._some((1, 1, self._random.uniform(-2, 2), 0.0, 1e-5, 1e5)) for _ in range(3)]
@@ -218,3 +218,81 @@ class RandomScene:
         render.resolution_x, render.resolution_y, render.resolution_percentage = 32, 24, 100
         render.film_transparent = self._chance(0.3)
         scene.lambent.integrator, scene.lambent.samples = self._some(_INTEGRATORS), self._some((1, 2, 4))
+        # So that the same scene is the same picture.
+        scene.lambent.time_limit = 0
+
+    def edit(self):
+        """Changes something of the scene, as somebody would between two renders; returns what, for messages."""
+        edits = (
+            self._edit_transform,
+            self._edit_vertices,
+            self._edit_value,
+            self._edit_link,
+            self._edit_slots,
+            self._edit_light,
+            self._edit_modifier,
+            self._object,
+            self._light,
+            self._remove,
+            self._edit_visibility,
+            self._edit_settings,
+        )
+        chosen = self._some(edits)
+        with contextlib.suppress(RuntimeError):
+            chosen()
+        return chosen.__name__.lstrip("_")
+
+    def _edit_transform(self):
+        found = self._some(bpy.data.objects)
+        found.location[self._random.randrange(3)] += self._random.uniform(-1, 1)
+        found.rotation_euler[self._random.randrange(3)] += self._random.uniform(-1, 1)
+
+    def _edit_vertices(self):
+        mesh = self._some(bpy.data.meshes)
+        for vertex in mesh.vertices[: self._random.randint(1, 8)]:
+            vertex.co.x += self._random.uniform(-0.5, 0.5)
+        mesh.update()
+
+    def _trees(self):
+        owners = [*bpy.data.materials, *bpy.data.worlds, *bpy.data.lights]
+        return [owner.node_tree for owner in owners if owner.node_tree] + list(bpy.data.node_groups)
+
+    def _edit_value(self):
+        tree = self._some(self._trees())
+        if len(tree.nodes):
+            self._fill(self._some(tree.nodes))
+
+    def _edit_link(self):
+        tree = self._some(self._trees())
+        if len(tree.links):
+            tree.links.remove(self._some(tree.links))
+
+    def _edit_slots(self):
+        meshes = [found for found in bpy.data.objects if found.type == "MESH" and len(found.material_slots)]
+        if meshes:
+            self._some(self._some(meshes).material_slots).material = self._some(bpy.data.materials)
+
+    def _edit_light(self):
+        if len(bpy.data.lights):
+            self._fill(self._some(bpy.data.lights))
+
+    def _edit_modifier(self):
+        found = self._some(bpy.data.objects)
+        if len(found.modifiers):
+            self._fill(self._some(found.modifiers))
+        elif found.type == "MESH":
+            self._modify(found)
+
+    def _remove(self):
+        others = [found for found in bpy.data.objects if found.type != "CAMERA"]
+        if len(others) > 1:
+            bpy.data.objects.remove(self._some(others))
+
+    def _edit_visibility(self):
+        found = self._some(bpy.data.objects)
+        found.hide_render = not found.hide_render
+
+    def _edit_settings(self):
+        scene = bpy.context.scene
+        scene.render.film_transparent = not scene.render.film_transparent
+        scene.camera.data.lens *= self._random.uniform(0.5, 2.0)

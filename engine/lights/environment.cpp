@@ -114,8 +114,11 @@ float Environment::pdf_solid_angle(const Vec3& n, const Vec3& direction) const {
 }
 
 bool Environment::in_sun(const Vec3& direction) const {
-  // |d − s|² = 2 (1 − cos): without the cancellation of the cosine's difference from 1
-  return length_squared(direction - light_.sun_direction_world) <= 2.0f * sun_one_minus_cos_;
+  // |d − s|² = 2 (1 − cos): without the cancellation of the cosine's difference from 1. Wider by the rounding of unit
+  // vectors: a direction that was sampled on the rim must not count as one of the map's, which is a firefly. What
+  // little of the sky that takes in is sampled by the map all the same.
+  constexpr float k_rounding = 4e-7f;
+  return length(direction - light_.sun_direction_world) <= std::sqrt(2.0f * sun_one_minus_cos_) + k_rounding;
 }
 
 }  // namespace lambent

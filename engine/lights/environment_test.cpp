@@ -81,5 +81,29 @@ TEST(Environment, samples_a_sun_by_its_share_and_the_sky_beside_it) {
   }
 }
 
+TEST(Environment, density_on_the_rim_of_the_sun_is_that_of_its_disc) {
+  for (const float angle : {1e-4f, 0.0095f, 0.05f}) {
+    EnvironmentLight sky;
+    sky.width = 64;
+    sky.height = 32;
+    sky.luminance.assign(64 * 32, 1.0f);
+    sky.sun_angle_rad = angle;
+    sky.sun_direction_world = normalize(Vec3(0.3f, -0.5f, 0.4f));
+    sky.sun_luminance = 1e25f;  // all samples are the sun's
+    const Environment environment(sky);
+    const float disc = pdf_solid_angle_cone(one_minus_cos_of_angle(0.5f * angle));
+    RandomStream random(6);
+    for (int i = 0; i < 20000; ++i) {
+      float pdf = 0.0f;
+      // Numbers for the outermost ten thousandth of the disc, among others
+      const Vec2 u(k_one_minus_epsilon * (1.0f - 1e-8f * static_cast<float>(i)), random.next_1d());
+      for (const Vec2& at : {u, Vec2(u.y, u.x)}) {
+        environment.sample(Vec3(0.0f), at, pdf);
+        ASSERT_GT(pdf, 0.5f * disc) << angle << " " << at.x << " " << at.y;
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace lambent

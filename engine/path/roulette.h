@@ -17,9 +17,9 @@ struct Roulette {
   bool lost = false;
 
   Roulette() = default;
-  /// @param u in [0, 1)
-  Roulette(const Color& throughput, float u)
-      : survival(std::min(1.0f, std::sqrt(max_component(abs(throughput))))), lost(u >= survival) {}
+  /// @param u in [0, 1)  @param safe_throughput walks of this throughput and more go on
+  Roulette(const Color& throughput, float u, float safe_throughput = 1.0f)
+      : survival(std::min(1.0f, std::sqrt(max_component(abs(throughput)) / safe_throughput))), lost(u >= survival) {}
 };
 
 }  // namespace lambent

@@ -64,13 +64,15 @@ def user_environment(folder):
     return environment
 
 
-def own_scene(name, folder):
-    """Returns the path of one of the project's own scenes, made by tests/scenes/make_NAME.py unless it is up to date."""
+def own_scene(name, folder, case=None):
+    """Returns the path of one of the project's own scenes, made by tests/scenes/make_NAME.py unless it is up to date; `case`:
+    which, where the script makes several."""
     script = k_root / "tests" / "scenes" / f"make_{name}.py"
-    path = folder / f"{name}.blend"
+    path = folder / (f"{case}.blend" if case else f"{name}.blend")
     newest = max(script.stat().st_mtime, (script.parent / "blocks.py").stat().st_mtime)
     if not path.exists() or path.stat().st_mtime < newest:
         command = ["-b", "--factory-startup", "--python-exit-code", "1", "--python", str(script), "--", str(path)]
+        command += [case] if case else []
         run_blender(command, dict(os.environ))
     return path
 

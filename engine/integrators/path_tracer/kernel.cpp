@@ -14,6 +14,10 @@ namespace {
 
 constexpr EvenWorld k_even_world = EvenWorld::left_to_scattering;
 
+/// Walks of this throughput and more play no roulette: the first bounces bring much of most pictures, and the noise of
+/// ending them costs more than tracing them.
+constexpr float k_safe_throughput = 0.4f;
+
 }  // namespace
 
 template <KernelProfile profile, bool recording>
@@ -290,9 +294,10 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
       distance_before_ = 0.0f;
     }
 
+    // Going straight on through a transparent surface is no bounce to play for.
     roulette = {};
-    if (event_index > 0 && u_roulette >= 0.0f && !only_transparent_) {
-      roulette = Roulette(throughput_, u_roulette);
+    if (event_index > 0 && u_roulette >= 0.0f && !(scattered.event & k_scatter_transparent)) {
+      roulette = Roulette(throughput_, u_roulette, k_safe_throughput);
       if (roulette.lost && !scene_.rays_meet_light()) break;
     }
 

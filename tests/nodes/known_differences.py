@@ -48,9 +48,9 @@ k_since_4 = [
 ]
 
 
-def reason(case, blender):
+def reason(verdict, blender, bounded=True):
     """Why a case may differ in that version of Blender ("3.4.1"), or ""."""
     from compare import label
 
     own = k_before_4 if int(blender.split(".")[0]) < 4 else k_since_4
-    return next((why for pattern, why in k_known + own if re.search(pattern, label(case))), "")
+    return next((why for pattern, why in k_known + own if re.search(pattern, label(verdict.case))), "")

@@ -455,11 +455,7 @@ def add_normals():
 
             def normal_map(tree, thing, space=space, strength=strength):
                 # Where a normal points into the surface, Cycles from 4.5 on lets it be lit from below: not through a solid.
-                # Nor from where Cycles moves shadow rays to.
                 thing.visible_shadow = True
-                for settings in (thing, thing.cycles):
-                    if hasattr(settings, "shadow_terminator_geometry_offset"):
-                        settings.shadow_terminator_geometry_offset = 0.0
                 node = shader(tree, "NormalMap", {"Color": (0.7, 0.4, 0.9, 1.0), "Strength": strength}, space=space)
                 return shader(tree, "BsdfDiffuse", {"Normal": node.outputs[0]}).outputs[0]
 

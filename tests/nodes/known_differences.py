@@ -76,11 +76,12 @@ k_blender_3 = {
         "BsdfPrincipled[rough coat (GGX)].": (1.4, 0.19),
     },
     "Cycles 3.4 takes a sampled direction's angle for another in the fading rim, and lights beyond the cone": {
-        "BsdfToon[DIFFUSE size 0.1 smooth 0.1].": (79, 12),
-        "BsdfToon[DIFFUSE size 0.5 smooth 0.3].": (11, 4.2),
-        "BsdfToon[GLOSSY size 0.1 smooth 0.1].": (75, 9.8),
-        "BsdfToon[GLOSSY size 0.5 smooth 0.3].": (11, 2.6),
-        "BsdfToon[GLOSSY size 0.9 smooth 0.5].": (48, 11),
+        "BsdfToon[DIFFUSE size 0.1 smooth 0.1].": (110, 14),
+        "BsdfToon[DIFFUSE size 0.5 smooth 0.3].": (12, 4.5),
+        "BsdfToon[DIFFUSE size 0.9 smooth 0.5].": (2.7, 0.89),
+        "BsdfToon[GLOSSY size 0.1 smooth 0.1].": (87, 12),
+        "BsdfToon[GLOSSY size 0.5 smooth 0.3].": (14, 3.2),
+        "BsdfToon[GLOSSY size 0.9 smooth 0.5].": (48, 13),
     },
     "on a surface Cycles lets light in from below it": {
         "BsdfHair[Reflection roughness 0.1].": (32, 13),
@@ -92,17 +93,22 @@ k_blender_3 = {
         "Cycles samples the coat's reflection as wide as without a coat, but counts with its density: a clear hair in "
         "white light shows 1.015"
     ): {
-        "BsdfHairPrincipled[ABSORPTION coat].": (6.3, 1.8),
-        "BsdfHairPrincipled[COLOR coat].": (6.5, 2.6),
+        "BsdfHairPrincipled[ABSORPTION coat].": (6.3, 2.4),
+        "BsdfHairPrincipled[COLOR coat].": (8.1, 2.9),
         "BsdfHairPrincipled[MELANIN coat].": (7.7, 2.5),
     },
     "Cycles 3.4 turns what it has sampled by the tilt (2 degrees by default), but counts with the density from before": {
+        "BsdfHairPrincipled[ABSORPTION pale].": (0.97, 0.11),
+        "BsdfHairPrincipled[ABSORPTION rough].": (0.37, 0.11),
         "BsdfHairPrincipled[ABSORPTION tilted].": (5.9, 0.4),
-        "BsdfHairPrincipled[ABSORPTION].": (2.5, 0.13),
+        "BsdfHairPrincipled[ABSORPTION].": (2.5, 0.18),
+        "BsdfHairPrincipled[COLOR pale].": (3.6, 0.24),
         "BsdfHairPrincipled[COLOR rough].": (0.86, 0.15),
-        "BsdfHairPrincipled[COLOR tilted].": (3.5, 0.44),
+        "BsdfHairPrincipled[COLOR tilted].": (5.6, 0.56),
+        "BsdfHairPrincipled[COLOR].": (0.95, 0.18),
+        "BsdfHairPrincipled[MELANIN pale].": (0.68, 0.14),
         "BsdfHairPrincipled[MELANIN rough].": (3.5, 0.48),
-        "BsdfHairPrincipled[MELANIN tilted].": (3.5, 0.36),
+        "BsdfHairPrincipled[MELANIN tilted].": (4.2, 0.5),
         "BsdfHairPrincipled[MELANIN].": (2.3, 0.29),
     },
     "not explained: 0.1 to 0.3 percent darker, where spheres cast shadows": {

@@ -93,9 +93,9 @@ def surface_verdicts(folder, kind):
 
 
 def beyond_chance(a, b):
-    """How far apart the means over the first axis are, less four standard errors; not below 0."""
+    """How far apart the means over the first axis are, less six standard errors (of eight pictures, in some 50 tiles); not below 0."""
     error = numpy.sqrt(a.var(axis=0, ddof=1) / len(a) + b.var(axis=0, ddof=1) / len(b))
-    return (numpy.abs(b.mean(axis=0) - a.mean(axis=0)) - 4.0 * error).clip(0.0)
+    return (numpy.abs(b.mean(axis=0) - a.mean(axis=0)) - 6.0 * error).clip(0.0)
 
 
 def verdicts_of(folder, kind):

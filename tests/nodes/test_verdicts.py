@@ -48,4 +48,4 @@ def test_noise_alone_is_not_beyond_chance_and_a_shift_is():
     a, b = generator.normal(1.0, 0.1, (2, 8, 1000))
     assert (compare.beyond_chance(a, b) > 0.0).mean() < 0.01
     beyond = compare.beyond_chance(a, b + 1.0)
-    assert beyond.mean() == pytest.approx(1.0 - 4.0 * 0.1 * (2 / 8) ** 0.5, abs=0.05)
+    assert beyond.mean() == pytest.approx(1.0 - 6.0 * 0.1 * (2 / 8) ** 0.5, abs=0.05)

@@ -143,6 +143,35 @@ std::optional<std::array<float, 9>> matrix_from_rec709(const OCIO::Config& confi
   return rows;
 }
 
+// Rows of the matrix for ColorSpaces::scene_from_computed(); none if nothing changes, `otherwise` if the configuration
+// does not say.
+std::optional<std::array<float, 9>> matrix_from_computed(const OCIO::Config& config,
+                                                         const std::optional<std::array<float, 9>>& otherwise) {
+  constexpr const char* k_role = "aces_interchange";
+  if (!config.hasRole(k_role) || !config.hasRole(OCIO::ROLE_SCENE_LINEAR)) return otherwise;
+  const OCIO::BuiltinTransformRcPtr to_aces = OCIO::BuiltinTransform::Create();
+  to_aces->setStyle("UTILITY - ACES-AP0_to_CIE-XYZ-D65_BFD");
+  to_aces->setDirection(OCIO::TRANSFORM_DIR_INVERSE);
+  const auto aces_from_xyz = config.getProcessor(to_aces)->getDefaultCPUProcessor();
+  const auto scene_from_aces = config.getProcessor(k_role, OCIO::ROLE_SCENE_LINEAR)->getDefaultCPUProcessor();
+  // Columns: XYZ of Rec. 709's primaries, the inverse of rec709_from_xyz().
+  constexpr float k_xyz[3][3] = {
+      {0.4124564f, 0.2126729f, 0.0193339f}, {0.3575761f, 0.7151522f, 0.1191920f}, {0.1804375f, 0.0721750f, 0.9503041f}};
+  std::array<float, 9> rows{};
+  bool same = true;
+  for (size_t k = 0; k < 3; ++k) {
+    float column[3] = {k_xyz[k][0], k_xyz[k][1], k_xyz[k][2]};
+    aces_from_xyz->applyRGB(column);
+    scene_from_aces->applyRGB(column);
+    for (size_t row = 0; row < 3; ++row) {
+      rows[3 * row + k] = column[row];
+      same = same && std::fabs(column[row] - (row == k ? 1.0f : 0.0f)) < 3e-5f;
+    }
+  }
+  if (same) return std::nullopt;
+  return rows;
+}
+
 }  // namespace
 
 struct ColorSpaces::Config {
@@ -163,6 +192,7 @@ ColorSpaces::ColorSpaces(const std::string& ocio_config, const std::string& work
       config_->ocio = changed;
     }
     scene_from_rec709_ = matrix_from_rec709(*config_->ocio, rec709_name_);
+    scene_from_computed_ = matrix_from_computed(*config_->ocio, scene_from_rec709_);
   } catch (const OCIO::Exception& exception) {
     error_ = "The OpenColorIO configuration '" + ocio_config +
              "' could not be read; built-in colour spaces are used: " + exception.what();

@@ -50,13 +50,16 @@ class ColorSpaces {
   const std::string& error() const { return error_; }
   /// Rows of the matrix from linear Rec. 709 to scene-linear; none if they are the same.
   const std::optional<std::array<float, 9>>& scene_from_rec709() const { return scene_from_rec709_; }
+  /// The same for colours that shaders compute from CIE XYZ, in what the matrix of Lindbloom (sRGB, D65) makes of it:
+  /// as Cycles, by the configuration's own way from ACES 2065-1 to scene-linear, if it names that space.
+  const std::optional<std::array<float, 9>>& scene_from_computed() const { return scene_from_computed_; }
 
  private:
   struct Config;
   std::unique_ptr<Config> config_;
   std::string error_;
   std::string rec709_name_;  ///< of the configuration, if scene-linear is another space
-  std::optional<std::array<float, 9>> scene_from_rec709_;
+  std::optional<std::array<float, 9>> scene_from_rec709_, scene_from_computed_;
 };
 
 }  // namespace lambent

@@ -89,6 +89,35 @@ TEST(ColorSpace, a_configuration_decides_the_names_it_has) {
   std::filesystem::remove(path);
 }
 
+TEST(ColorSpace, computed_colours_go_the_configurations_way_from_aces) {
+  const auto path = std::filesystem::temp_directory_path() / "lambent_aces_test.ocio";
+  const auto written = [&](const std::string& role, const std::string& to_scene) {
+    std::ofstream(path)
+        << "ocio_profile_version: 2\nroles:\n  scene_linear: ours\n  default: ours\n"
+        << (role.empty() ? "" : "  " + role + ": aces\n")
+        << "displays:\n  d:\n    - !<View> {name: v, colorspace: ours}\n"
+           "file_rules:\n  - !<Rule> {name: Default, colorspace: default}\n"
+           "colorspaces:\n  - !<ColorSpace>\n    name: aces\n  - !<ColorSpace>\n    name: ours\n"
+           "    from_scene_reference: !<GroupTransform>\n      children:\n        - !<BuiltinTransform> "
+           "{style: UTILITY - ACES-AP0_to_CIE-XYZ-D65_BFD}\n        - !<MatrixTransform> {matrix: ["
+        << to_scene << "]}\n";
+    ColorSpaces spaces(path.string());
+    EXPECT_EQ(spaces.error(), "");
+    return spaces.scene_from_computed();
+  };
+  const std::string lindbloom =
+      "3.2404542, -1.5371385, -0.4985314, 0, -0.9692660, 1.8760108, 0.0415560, 0, 0.0556434, -0.2040259, 1.0572252, 0, "
+      "0, 0, 0, 1";
+  EXPECT_FALSE(written("aces_interchange", lindbloom));
+  const auto rows = written("aces_interchange", "1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1");
+  ASSERT_TRUE(rows);
+  EXPECT_NEAR(rows->at(0), 0.4124564f, 1e-5f);
+  EXPECT_NEAR(rows->at(5), 0.0721750f, 1e-5f);
+  EXPECT_NEAR(rows->at(8), 2.0f * 0.9503041f, 1e-5f);
+  EXPECT_FALSE(written("", lindbloom)) << "nothing is said of XYZ";
+  std::filesystem::remove(path);
+}
+
 TEST(ColorSpace, a_working_space_of_other_primaries_is_what_everything_is_converted_to) {
   const auto path = std::filesystem::temp_directory_path() / "lambent_working_space_test.ocio";
   std::ofstream(path)

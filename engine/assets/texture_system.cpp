@@ -479,8 +479,8 @@ Texel TextureSystem::lookup(const Texture& texture, const TextureLookup& request
   return finish(texture, filter(texture, safe, level, size.width, size.height), safe.straight_color);
 }
 
-const std::optional<std::array<float, 9>>& TextureSystem::scene_from_rec709() const {
-  return state_->color_spaces.scene_from_rec709();
+const std::optional<std::array<float, 9>>& TextureSystem::scene_from_computed() const {
+  return state_->color_spaces.scene_from_computed();
 }
 
 size_t TextureSystem::bytes() const {

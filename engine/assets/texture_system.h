@@ -108,7 +108,7 @@ class TextureSystem {
   Texel lookup(const Texture& texture, const TextureLookup& lookup) const;
 
   /// ColorSpaces' of the options.
-  const std::optional<std::array<float, 9>>& scene_from_rec709() const;
+  const std::optional<std::array<float, 9>>& scene_from_computed() const;
 
   /// Bytes now held by resident images and the tile cache.
   size_t bytes() const;

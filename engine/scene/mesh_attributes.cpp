@@ -72,8 +72,7 @@ void fill_value(const MeshPoint& at, const AttributeRequest& request, int index,
   }
   if (request.kind != AttributeRequest::Kind::number) return;
   const int components = at.mesh.attributes()[static_cast<size_t>(index)].components;
-  for (Vec4* v : {&value.value, &value.ddx, &value.ddy})
-    v->x = components <= 2 ? v->x : (v->x + v->y + v->z) * (1.0f / 3.0f);
+  for (Vec4* v : {&value.value, &value.ddx, &value.ddy}) v->x = as_number(*v, components);
 }
 
 }  // namespace

@@ -26,6 +26,11 @@ struct MeshPoint {
 /// angle, as Cycles' compact differentials, so that bumps are as steep.
 void footprint(const Vec3& n, float width_m, Vec3& dpdx, Vec3& dpdy);
 
+/// An attribute of some components as one number: the mean of three, the first of two.
+inline float as_number(const Vec4& value, int components) {
+  return components <= 2 ? value.x : (value.x + value.y + value.z) * (1.0f / 3.0f);
+}
+
 /// Fills point.attributes; the rest of `point` is ready. @param differentials: their changes too
 void fill_attributes(const MeshPoint& at, std::span<const AttributeRequest> requests, const AttributeIndices& indices,
                      std::span<const Vec4> object_values, bool differentials, ShadingPoint& point);

@@ -68,11 +68,11 @@ void SceneBuilder::State::prepare_textures(const SceneDescription& description) 
     texture_options.memory_limit_bytes = options.texture_cache_bytes;
     texture_options.ocio_config = config;
     texture_options.working_space = space;
-    const auto rec709_before = textures ? textures->scene_from_rec709() : std::nullopt;
+    const auto matrix_before = textures ? textures->scene_from_computed() : std::nullopt;
     textures = std::make_shared<TextureSystem>(texture_options);
     ocio_config = config;
     working_space = space;
-    if (textures->scene_from_rec709() != rec709_before) {  // colours are compiled into programs
+    if (textures->scene_from_computed() != matrix_before) {  // colours are compiled into programs
       materials.clear();
       worlds.clear();
       lights.clear();

@@ -1,6 +1,7 @@
 #include "engine/scene/shader_rays.h"
 
 #include "engine/geometry/geometry.h"
+#include "engine/scene/mesh_attributes.h"
 
 namespace lambent {
 
@@ -40,7 +41,16 @@ bool SceneShaderRays::meets(const ShadingPoint& point, const Vec3& origin, const
   met.distance_m = hit.t;
   met.ns_world = dot(surface.ng_world, direction) > 0.0f ? -surface.ns_world : surface.ns_world;
   met.own_object = hit.instance == point.instance;
+  met.place = {hit.instance, hit.primitive, hit.barycentric};
   return true;
+}
+
+ShaderRays::MetAttribute SceneShaderRays::attribute(const SurfacePlace& place, const std::string& name) const {
+  const TriangleMesh& mesh = *geometry_->instance(place.instance).mesh;
+  const int index = mesh.find_attribute(name);
+  if (index < 0) return {};
+  const Vec4 value = mesh.attribute(index, place.primitive, place.barycentric);
+  return {value, as_number(value, mesh.attributes()[static_cast<size_t>(index)].components)};
 }
 
 }  // namespace lambent

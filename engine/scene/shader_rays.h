@@ -19,6 +19,7 @@ class SceneShaderRays final : public ShaderRays {
                 std::span<Crossing> found) const override;
   bool meets(const ShadingPoint& point, const Vec3& origin_world, const Vec3& direction_world, float distance_m,
              bool from_surface, bool own_object, Meeting& met) const override;
+  MetAttribute attribute(const SurfacePlace& place, const std::string& name) const override;
 
  private:
   const std::shared_ptr<const Geometry>& geometry_;

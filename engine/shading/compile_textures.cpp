@@ -66,7 +66,7 @@ TypedValue noise(Compiler& c, int n, S socket, int shift) {
       {coordinates(c, n, shift), c.number(n, "W", 0, shift), c.number(n, "Scale", 5, shift),
        c.number(n, "Detail", 2, shift), roughness, c.number(n, "Lacunarity", 2, shift), c.number(n, "Offset", 0, shift),
        c.number(n, "Gain", 1, shift), c.number(n, "Distortion", 0, shift)},
-      4);
+      4, c.follows(402));
   return color_and_alpha(c, result, !color);
 }
 
@@ -209,7 +209,9 @@ TypedValue radial_tiling_node(Compiler& c, int n, S socket, int shift) {
 TypedValue point_density(Compiler& c, int n, S socket, int shift) {
   Expressions& e = c.expressions();
   const bool density = socket == "Density";
-  if (c.text(n, "image", "").empty()) return density ? number_of(e.number(0.0f)) : color_of(e.vector(Vec3(0.0f)));
+  // Cycles from 4.0 on has it in volumes only.
+  if (c.follows(400) || c.text(n, "image", "").empty())
+    return density ? number_of(e.number(0.0f)) : color_of(e.vector(Vec3(0.0f)));
   Value at = c.vector_or(n, "Vector", shift, &Compiler::position);
   if (c.text(n, "space", "OBJECT") == "WORLD") {
     const auto row = [&](const char* name) {

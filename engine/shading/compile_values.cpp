@@ -66,8 +66,13 @@ TypedValue attribute_node(Compiler& c, int n, S socket, int shift) {
     return attribute_outputs(
         c, c.attribute(AttributeRequest::Kind::object, kind == "OBJECT" ? name : kind + ":" + name, 0), socket);
   if (kind != "GEOMETRY") c.warn_unsupported(n, "attributes of kind '" + kind + "' are looked for on the mesh");
-  if (socket == "Fac")
-    return number_of(c.expressions().part(c.attribute(AttributeRequest::Kind::number, name, shift), 0, 1));
+  if (socket == "Fac") {
+    Expressions& e = c.expressions();
+    const Value x = e.part(c.attribute(AttributeRequest::Kind::number, name, shift), 0, 1);
+    if (!c.follows(500)) return number_of(x);
+    // Cycles from 5.0 on takes the mean of three such numbers, whose last bit hashes tell.
+    return number_of(e.operation(Op::average, 1, {e.operation(Op::combine, 0, {x, x, x}, 3)}, 1));
+  }
   return attribute_outputs(c, c.attribute(AttributeRequest::Kind::named, name, shift), socket);
 }
 
@@ -181,20 +186,39 @@ TypedValue bevel(Compiler& c, int n, S, int) {
   return vector_of(e.operation(Op::bevel, given ? 1u : 0u, arguments, 3));
 }
 
+/// Outputs "Attribute_ITEM" and, of colours, "Attribute_ITEM_Alpha"; the input "Value_ITEM" has the name.
+TypedValue met_attribute(Compiler& c, int n, S socket, const Value& cast) {
+  Expressions& e = c.expressions();
+  constexpr std::string_view k_prefix = "Attribute_";
+  std::string item = socket.starts_with(k_prefix) ? socket.substr(k_prefix.size()) : "";
+  const bool alpha = item.ends_with("_Alpha");
+  item = item.substr(0, item.find('_'));
+  const std::string* text = c.input_text(n, ("Value_" + item).c_str());
+  const std::string name = text ? *text : "";  // which no attribute has
+  std::vector<std::string>& names = c.program().met_attributes;
+  const auto found = std::find(names.begin(), names.end(), name);
+  const auto index = static_cast<uint32_t>(found - names.begin());
+  if (found == names.end()) names.push_back(name);
+  const Value met = e.operation(Op::met_attribute, 0, {e.part(cast, 0, 1), e.part(cast, 9, 4)}, 5, index);
+  if (alpha) return number_of(e.part(met, 3, 1));
+  // Of which type the item is, sockets do not tell.
+  const std::string type = c.text(n, ("type_" + item).c_str(), "RGBA");
+  if (type == "FLOAT") return number_of(e.part(met, 4, 1));
+  return type == "VECTOR" ? vector_of(e.part(met, 0, 3)) : color_of(e.part(met, 0, 3));
+}
+
 TypedValue raycast(Compiler& c, int n, S socket, int) {
   Expressions& e = c.expressions();
   const Value cast = e.operation(Op::raycast, c.flag(n, "only_local", false) ? 1 : 0,
                                  {c.vector_or(n, "Position", 0, &Compiler::position),
                                   c.vector_or(n, "Direction", 0, &Compiler::normal), c.number(n, "Length", 1.0f, 0)},
-                                 9);
+                                 13);
   if (socket == "Is Hit") return number_of(e.part(cast, 0, 1));
   if (socket == "Self Hit") return number_of(e.part(cast, 1, 1));
   if (socket == "Hit Distance") return number_of(e.part(cast, 2, 1));
   if (socket == "Hit Position") return vector_of(e.part(cast, 3, 3));
   if (socket == "Hit Normal") return vector_of(e.part(cast, 6, 3));
-  if (socket.starts_with("Attribute_"))
-    c.warn_unsupported(n, "attributes of what is hit are not looked up: 0 takes their place");
-  return number_of(e.number(0.0f));
+  return met_attribute(c, n, socket, cast);
 }
 
 TypedValue tangent_node(Compiler& c, int n, S, int) {
@@ -518,8 +542,8 @@ TypedValue vector_transform(Compiler& c, int n, S, int shift) {
   const int to = c.choice(n, "convert_to", {"OBJECT", "WORLD", "CAMERA"});
   constexpr int k_spaces[] = {1, 0, 2};
   const int kind = c.choice(n, "vector_type", {"VECTOR", "POINT", "NORMAL"});
-  // Normals: Cycles before 5.0 takes them for directions.
-  const int rule = kind == 2 && c.follows(500) ? 3 : kind;
+  // Normals: Cycles before 4.0 takes them for directions.
+  const int rule = kind == 2 && c.follows(400) ? 3 : kind;
   return vector_of(c.expressions().operation(Op::vector_transform, from + 3 * k_spaces[to] + 9 * rule, {v}, 3));
 }
 

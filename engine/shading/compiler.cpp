@@ -152,6 +152,10 @@ bool Compiler::is_linked(int index, const char* socket) const {
   return input && std::holds_alternative<GraphLink>(*input);
 }
 bool Compiler::has_input(int index, const char* socket) const { return find_input(index, socket) != nullptr; }
+const std::string* Compiler::input_text(int index, const char* socket) const {
+  const GraphValue* input = find_input(index, socket);
+  return input ? std::get_if<std::string>(input) : nullptr;
+}
 
 bool Compiler::output_used(int index, const char* socket) const {
   for (const GraphNode& other : graph_.nodes)

@@ -54,6 +54,8 @@ class Compiler {
   Value vector_or(int node, const char* socket, int shift, Value (Compiler::*otherwise)(int shift));
   bool is_linked(int node, const char* socket) const;
   bool has_input(int node, const char* socket) const;
+  /// Text that an input has; null if it has none.
+  const std::string* input_text(int node, const char* socket) const;
   /// True if output `socket` of the node is read by another node.
   bool output_used(int node, const char* socket) const;
 

@@ -579,8 +579,101 @@ TEST(Compiler, computed_colours_are_in_the_scenes_space) {
     EXPECT_NEAR(wide.y, usual.y, 1e-5f) << type;
     EXPECT_NEAR(wide.z, 2.0f * std::max(given.z, 0.0f), 1e-5f) << type;
     EXPECT_GE(min_component(usual), 0.0f) << type;
+    EXPECT_FALSE(Compiled(graph).program->traits().emits_negative) << type;
   }
   EXPECT_LT(wavelength_color(500.0f).x, 0.0f);  // what the test is about: Rec. 709 cannot show it, a wider space may
+}
+
+/// Meets a surface 2 m away, which has the attribute "rust" and no other, or nothing.
+class RaysForTest final : public ShaderRays {
+ public:
+  explicit RaysForTest(bool meets) : meets_(meets) {}
+  bool occluded(const ShadingPoint&, const Vec3&, float, bool) const override { return meets_; }
+  int crossings(const ShadingPoint&, const Vec3&, const Vec3&, float, std::span<Crossing>) const override { return 0; }
+  bool meets(const ShadingPoint&, const Vec3&, const Vec3&, float, bool, bool, Meeting& met) const override {
+    met.distance_m = 2.0f;
+    met.place = {7, 2500000000u, {0.25f, 0.5f}};
+    return meets_;
+  }
+  MetAttribute attribute(const SurfacePlace& place, const std::string& name) const override {
+    EXPECT_EQ(place.instance, 7u);
+    EXPECT_EQ(place.primitive, 2500000000u);
+    EXPECT_EQ(place.barycentric, Vec2(0.25f, 0.5f));
+    return name == "rust" ? MetAttribute{{0.1f, 0.2f, 0.6f, 0.8f}, 0.3f} : MetAttribute{};
+  }
+
+ private:
+  bool meets_;
+};
+
+TEST(Compiler, raycast_reads_attributes_of_what_it_meets) {
+  const auto shown = [](const char* type, const char* name, const char* output, bool meets) {
+    const RaysForTest rays(meets);
+    ShadingPoint point = front_point();
+    point.rays = &rays;
+    const ShaderGraph graph = make_graph(
+        {make_node("NewGeometry"),
+         make_node("Raycast", {{"Direction", GraphLink{0, "Normal"}}, {"Length", 3.0f}, {"Value_0", std::string(name)}},
+                   {{"type_0", std::string(type)}}),
+         make_node("Emission", {{"Color", GraphLink{1, output}}})});
+    EXPECT_EQ(Compiled(graph).messages(), "");
+    return emitted(graph, point);
+  };
+  EXPECT_EQ(shown("RGBA", "rust", "Attribute_0", true), Color(0.1f, 0.2f, 0.6f));
+  EXPECT_EQ(shown("VECTOR", "rust", "Attribute_0", true), Color(0.1f, 0.2f, 0.6f));
+  EXPECT_EQ(shown("FLOAT", "rust", "Attribute_0", true), Color(0.3f));
+  EXPECT_EQ(shown("RGBA", "rust", "Attribute_0_Alpha", true), Color(0.8f));
+  EXPECT_EQ(shown("RGBA", "none", "Attribute_0", true), Color(0.0f));
+  EXPECT_EQ(shown("RGBA", "none", "Attribute_0_Alpha", true), Color(1.0f)) << "as Attribute nodes say of what is not";
+  EXPECT_EQ(shown("RGBA", "rust", "Attribute_0", false), Color(0.0f));
+  EXPECT_EQ(shown("RGBA", "rust", "Attribute_0_Alpha", false), Color(0.0f));
+  EXPECT_EQ(shown("RGBA", "", "Attribute_0", true), Color(0.0f));
+  EXPECT_EQ(shown("RGBA", "", "Attribute_0_Alpha", true), Color(1.0f));
+  EXPECT_EQ(shown("RGBA", "rust", "Hit Distance", true), Color(2.0f));
+}
+
+TEST(Compiler, normals_and_tangents_of_scaled_objects_are_turned_as_in_the_cycles_of_the_scene) {
+  const Transform world = Transform::scale({2.0f, 1.0f, 1.0f}), object = Transform::scale({0.5f, 1.0f, 1.0f});
+  ShadingPoint point = front_point();
+  point.world_from_object = &world;
+  point.object_from_world = &object;
+  const auto shown = [&](GraphNode node, const char* output, int version) {
+    ShaderGraph graph = make_graph({std::move(node), make_node("Emission", {{"Color", GraphLink{0, output}}})});
+    graph.cycles_version = version;
+    return emitted(graph, point);
+  };
+  const GraphNode transform = make_node("VectorTransform", {{"Vector", GraphNumbers{1.0f, 1.0f, 0.0f}}},
+                                        {{"vector_type", std::string("NORMAL")},
+                                         {"convert_from", std::string("OBJECT")},
+                                         {"convert_to", std::string("WORLD")}});
+  const Vec3 as_direction = normalize(Vec3(2, 1, 0)), as_normal = normalize(Vec3(0.5f, 1, 0));
+  EXPECT_NEAR(shown(transform, "Vector", 306).x, as_direction.x, 1e-6f);
+  EXPECT_NEAR(shown(transform, "Vector", 400).x, as_normal.x, 1e-6f);
+  // UV tangents too, in all versions.
+  point.attributes[0] = AttributeValue::constant({as_direction.x, as_direction.y, 0.0f, 1.0f});
+  const GraphNode tangent = make_node("Tangent", {}, {{"direction_type", std::string("UV_MAP")}});
+  EXPECT_NEAR(shown(tangent, "Tangent", 304).x, as_normal.x, 1e-6f);
+  EXPECT_NEAR(shown(tangent, "Tangent", 502).y, as_normal.y, 1e-6f);
+}
+
+TEST(Compiler, numbers_of_attributes_are_rounded_as_in_cycles_5) {
+  ShadingPoint point = front_point();
+  const float x = 0.1234567f;
+  point.attributes[0] = AttributeValue::constant({x, x, x, 1.0f});
+  ShaderGraph graph = make_graph({make_node("Attribute", {}, {{"attribute_name", std::string("a")}}),
+                                  make_node("Emission", {{"Color", GraphLink{0, "Fac"}}})});
+  EXPECT_EQ(emitted(graph, point).x, x);
+  graph.cycles_version = 500;
+  EXPECT_EQ(emitted(graph, point).x, (x + x + x) * (1.0f / 3.0f));
+}
+
+TEST(Compiler, point_density_is_nothing_on_surfaces_from_blender_4_on) {
+  ShaderGraph graph = make_graph({make_node("TexPointDensity", {}, {{"image", std::string("voxels")}}),
+                                  make_node("Emission", {{"Color", GraphLink{0, "Density"}}})});
+  EXPECT_THAT(Compiled(graph).messages(), HasSubstr("voxels"));
+  graph.cycles_version = 400;
+  EXPECT_EQ(Compiled(graph).messages(), "");
+  EXPECT_EQ(emitted(graph).x, 0.0f);
 }
 
 TEST(Compiler, particle_information_is_that_of_the_point) {

@@ -40,6 +40,7 @@ bool reads_point(Op op) {
     case Op::ambient_occlusion:
     case Op::bevel:
     case Op::raycast:
+    case Op::met_attribute:
     case Op::fresnel:
     case Op::layer_weight_fresnel:
     case Op::layer_weight_facing:
@@ -177,6 +178,8 @@ bool Expressions::never_negative(const Value& value) const {
         case MathOperation::power:
         case MathOperation::minimum:
           return all_arguments();
+        case MathOperation::maximum:
+          return never_negative(node.arguments[0]) || never_negative(node.arguments[1]);
         default:
           return false;
       }

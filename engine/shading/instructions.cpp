@@ -1,5 +1,7 @@
 // The interpreter's value instructions. One switch; each case reads its operands, computes, writes its register.
 // The file is long because the switch is one table of node definitions.
+#include <cstring>
+
 #include "engine/shading/fresnel.h"
 #include "engine/shading/node_math.h"
 #include "engine/shading/noise.h"
@@ -494,8 +496,8 @@ void run_instruction(const ProgramData& program, const Instruction& instruction,
       break;
     case Op::average: {
       const Vec3 v = a.v(0);
-      // Exact for numbers that came as colours
-      *out = v.x == v.y && v.y == v.z ? v.x : (v.x + v.y + v.z) * (1.0f / 3.0f);
+      // Exact for numbers that came as colours, except where Cycles is not
+      *out = variant == 0 && v.x == v.y && v.y == v.z ? v.x : (v.x + v.y + v.z) * (1.0f / 3.0f);
       break;
     }
     case Op::length:
@@ -580,6 +582,18 @@ void run_instruction(const ProgramData& program, const Instruction& instruction,
       out[0] = cast.hit ? 1.0f : 0.0f, out[1] = cast.own_object ? 1.0f : 0.0f, out[2] = cast.distance;
       store(out + 3, cast.position);
       store(out + 6, cast.normal);
+      std::memcpy(out + 9, &cast.place, sizeof(cast.place));
+      break;
+    }
+    case Op::met_attribute: {
+      ShaderRays::MetAttribute met{Vec4(0.0f), 0.0f};
+      if (a.f(0) != 0.0f) {
+        SurfacePlace place;
+        std::memcpy(&place, a.at(1), sizeof(place));
+        met = point.rays->attribute(place, program.met_attributes[instruction.data]);
+      }
+      for (int k = 0; k < 4; ++k) out[k] = met.value[k];
+      out[4] = met.number;
       break;
     }
     case Op::bevel: {
@@ -621,7 +635,10 @@ void run_instruction(const ProgramData& program, const Instruction& instruction,
       break;
     }
     case Op::world_tangent: {
-      const Vec3 t = variant ? world_normal(point, a.v(0)) : a.v(0);
+      // Cycles turns tangents as normals; attributes are turned as what they are.
+      Vec3 t = a.v(0);
+      if (!variant && point.object_from_world) t = point.object_from_world->vector(t);
+      t = world_normal(point, t);
       store(out, cross(point.ns_world, normalize(cross(t, point.ns_world))));
       break;
     }

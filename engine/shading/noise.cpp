@@ -1,6 +1,7 @@
 #include "engine/shading/noise.h"
 
 #include <bit>
+#include <limits>
 
 #include "engine/shading/color_math.h"
 
@@ -92,7 +93,7 @@ Vec4 scaled(const Vec4& p, float f) { return {p.x * f, p.y * f, p.z * f, p.w * f
 float fbm(const Vec4& p, const NoiseParameters& parameters, int whole, float rest) {
   float frequency = 1.0f, amplitude = 1.0f, total = 0.0f, sum = 0.0f;
   for (int i = 0; i < whole; ++i) {
-    sum += signed_noise(scaled(p, frequency), parameters.dimensions) * amplitude;
+    sum += signed_noise(scaled(p, frequency), parameters.dimensions, parameters.repeats) * amplitude;
     total += amplitude;
     amplitude *= parameters.roughness;
     frequency *= parameters.lacunarity;
@@ -101,13 +102,13 @@ float fbm(const Vec4& p, const NoiseParameters& parameters, int whole, float res
     return parameters.normalize ? (weight > 0.0f ? 0.5f * value / weight + 0.5f : 0.5f) : value;
   };
   if (rest == 0.0f) return result(sum, total);
-  const float finer = sum + signed_noise(scaled(p, frequency), parameters.dimensions) * amplitude;
+  const float finer = sum + signed_noise(scaled(p, frequency), parameters.dimensions, parameters.repeats) * amplitude;
   return lerp(result(sum, total), result(finer, total + amplitude), rest);
 }
 
 // `whole` octaves and the fraction `rest` of one more, combined by the type.
 float fractal(Vec4 p, const NoiseParameters& parameters, int whole, float rest) {
-  const auto noise = [&] { return signed_noise(p, parameters.dimensions); };
+  const auto noise = [&] { return signed_noise(p, parameters.dimensions, parameters.repeats); };
   const auto next = [&] { p = scaled(p, parameters.lacunarity); };
   const float roughness = parameters.roughness, offset = parameters.offset, gain = parameters.gain;
   switch (parameters.type) {
@@ -241,14 +242,24 @@ Vec4 hash_cell(const int32_t* cell, int dimensions) {
 
 namespace {
 
+constexpr float k_period = 1e5f;
+
+/// A coordinate k_period or further from 0 (or not finite) as the noise takes it; NaN: the noise is 0 there.
+float far_coordinate(float x, bool repeats) {
+  if (!repeats) return std::fabs(x) < 1e9f ? x : std::numeric_limits<float>::quiet_NaN();
+  // Floats this large are whole numbers, where the noise is 0.
+  return std::fmod(x, k_period) + (std::fabs(x) >= 1e6f ? 0.5f : 0.0f);
+}
+
 template <int dimensions>
-float signed_noise_in(const float* coordinates) {
+float signed_noise_in(const float* coordinates, bool repeats) {
   constexpr int k_corners = 1 << dimensions;
   uint32_t cell[dimensions];
   float within[dimensions], blend[dimensions];
   for (int i = 0; i < dimensions; ++i) {
-    const float x = coordinates[i];
-    if (!(std::fabs(x) < 1e9f)) return 0.0f;
+    float x = coordinates[i];
+    if (!(std::fabs(x) < k_period)) x = far_coordinate(x, repeats);
+    if (std::isnan(x)) return 0.0f;
     const float floored = std::floor(x);
     cell[i] = static_cast<uint32_t>(static_cast<int32_t>(floored));
     const float t = within[i] = x - floored;
@@ -284,17 +295,17 @@ float signed_noise_in(const float* coordinates) {
 
 }  // namespace
 
-float signed_noise(const Vec4& p, int dimensions) {
+float signed_noise(const Vec4& p, int dimensions, bool repeats) {
   const float coordinates[4] = {p.x, p.y, p.z, p.w};
   switch (dimensions) {
     case 1:
-      return signed_noise_in<1>(coordinates);
+      return signed_noise_in<1>(coordinates, repeats);
     case 2:
-      return signed_noise_in<2>(coordinates);
+      return signed_noise_in<2>(coordinates, repeats);
     case 3:
-      return signed_noise_in<3>(coordinates);
+      return signed_noise_in<3>(coordinates, repeats);
     default:
-      return signed_noise_in<4>(coordinates);
+      return signed_noise_in<4>(coordinates, repeats);
   }
 }
 
@@ -305,7 +316,8 @@ float noise_texture(const Vec4& p_in, const NoiseParameters& given, Color* color
   if (parameters.distortion != 0.0f) {
     float offsets[4] = {0, 0, 0, 0};
     for (int i = 0; i < n; ++i)
-      offsets[i] = signed_noise(offset_by_seed(p, static_cast<float>(i), n), n) * parameters.distortion;
+      offsets[i] =
+          signed_noise(offset_by_seed(p, static_cast<float>(i), n), n, parameters.repeats) * parameters.distortion;
     p = plus(p, offsets);
   }
   const float value = finite(fractal(p, parameters));

@@ -7,8 +7,8 @@
 namespace lambent {
 
 /// Signed gradient noise in about [-1, 1]; 0 for coordinates that are not finite. `dimensions` in 1..4 says how many of
-/// p's components count.
-float signed_noise(const Vec4& p, int dimensions);
+/// p's components count. @param repeats every 100 000 units, as Blender's from 4.2 on
+float signed_noise(const Vec4& p, int dimensions, bool repeats);
 
 /// How octaves are combined (Musgrave 2003, "Procedural Fractal Terrains"; names of Blender).
 enum class FractalType : uint8_t { fbm, multifractal, hybrid_multifractal, ridged_multifractal, hetero_terrain };
@@ -23,6 +23,7 @@ struct NoiseParameters {
   float gain = 1.0f;        ///< hybrid and ridged
   float distortion = 0.0f;
   bool normalize = true;  ///< fbm: result in [0, 1]; else signed
+  bool repeats = false;   ///< signed_noise()'s
 };
 
 /// Noise Texture. @param p coordinates times scale. @param color three decorrelated values, computed if not null; the

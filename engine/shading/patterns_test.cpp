@@ -5,7 +5,9 @@
 #include <limits>
 
 #include "engine/base/hash.h"
+#include "engine/shading/color_math.h"
 #include "engine/shading/noise.h"
+#include "engine/shading/standard_observer.h"
 #include "engine/shading/voronoi.h"
 
 namespace lambent {
@@ -104,6 +106,24 @@ TEST(Noise, normalised_noise_stays_between_0_and_1) {
   }
 }
 
+TEST(Noise, from_blender_4_2_on_repeats_every_100000_units) {
+  for (int dimensions = 1; dimensions <= 4; ++dimensions)
+    for (uint32_t i = 0; i < 200; ++i) {
+      // Halves and quarters, which floats have this far out
+      const auto coordinate = [&](uint32_t k) { return std::round(40.0f * uniform(i, k)) * 0.25f; };
+      const Vec4 p(coordinate(0), coordinate(1), coordinate(2), coordinate(3));
+      const Vec4 positive(std::fabs(p.x), std::fabs(p.y), std::fabs(p.z), std::fabs(p.w));
+      const Vec4 far(positive.x + 3e5f, positive.y + 3e5f, positive.z + 3e5f, positive.w + 3e5f);
+      EXPECT_EQ(signed_noise(far, dimensions, true), signed_noise(positive, dimensions, true)) << dimensions;
+      EXPECT_EQ(signed_noise(p, dimensions, true), signed_noise(p, dimensions, false));
+      // Where floats are whole numbers, it is that of halves.
+      const float whole = 1e7f + static_cast<float>(4 * i), half = std::fmod(whole, 1e5f) + 0.5f;
+      EXPECT_EQ(signed_noise({whole, whole, whole, whole}, dimensions, true),
+                signed_noise({half, half, half, half}, dimensions, true));
+      EXPECT_EQ(signed_noise({whole, whole, whole, whole}, dimensions, false), 0.0f);
+    }
+}
+
 TEST(Noise, musgrave_is_noise_with_one_octave_less) {
   // As Blender 4.1 converts it: detail one less, roughness lacunarity to the power of minus the dimension.
   NoiseParameters parameters;
@@ -118,6 +138,27 @@ TEST(Noise, musgrave_is_noise_with_one_octave_less) {
     const Vec4 p(uniform(i, 0), uniform(i, 1), uniform(i, 2), 0.0f);
     EXPECT_FLOAT_EQ(musgrave_texture(p, parameters, 3.4f, 0.8f), noise_texture(p, parameters, nullptr)) << i;
   }
+}
+
+TEST(Colours, blackbodies_are_as_plancks_law_and_the_standard_observer_have_them) {
+  for (const float kelvin :
+       {800.0f, 964.9f, 965.1f, 1167.0f, 1448.0f, 1900.0f, 2700.0f, 3315.0f, 5000.0f, 6500.0f, 11999.0f}) {
+    double xyz[3] = {0, 0, 0};
+    for (int i = 0; i < k_observer_count; ++i) {
+      const double metres = (k_observer_start_nm + k_observer_step_nm * i) * 1e-9;
+      const double radiance = std::pow(metres, -5.0) / std::expm1(0.014387769 / (metres * kelvin));
+      for (int k = 0; k < 3; ++k) xyz[k] += radiance * k_observer_xyz[i][k];
+    }
+    const Color expected =
+        rec709_from_xyz(static_cast<float>(xyz[0] / xyz[1]), 1.0f, static_cast<float>(xyz[2] / xyz[1]));
+    const Color found = blackbody_color(kelvin);
+    for (int k = 0; k < 3; ++k)
+      EXPECT_NEAR(found[k], expected[k], 2e-3f * max_component(expected)) << kelvin << " K, channel " << k;
+  }
+  for (const float below : {0.0f, -1e30f, std::numeric_limits<float>::quiet_NaN()})
+    EXPECT_EQ(blackbody_color(below), blackbody_color(799.0f));
+  EXPECT_NEAR(blackbody_color(799.0f).x, blackbody_color(800.0f).x, 1e-2f);
+  EXPECT_EQ(blackbody_color(1e30f), blackbody_color(12000.0f));
 }
 
 TEST(Patterns, adversarial_parameters_give_finite_values) {

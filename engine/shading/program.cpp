@@ -257,8 +257,8 @@ bool same_displacement(const Program& a, const Program& b) {
   const ProgramData &x = *a.data_, &y = *b.data_;
   return x.displacement.instructions == y.displacement.instructions && x.operands == y.operands &&
          x.constants == y.constants && x.textures == y.textures && x.tables == y.tables && x.voronois == y.voronois &&
-         x.requests == y.requests && x.displaces_in_object_space == y.displaces_in_object_space &&
-         x.bump_filter_width == y.bump_filter_width;
+         x.requests == y.requests && x.met_attributes == y.met_attributes &&
+         x.displaces_in_object_space == y.displaces_in_object_space && x.bump_filter_width == y.bump_filter_width;
 }
 
 int Program::aov_count() const { return static_cast<int>(data_->aovs.size()); }

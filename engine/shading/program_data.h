@@ -75,7 +75,8 @@ enum class Op : uint8_t {
   // Shading
   ambient_occlusion,  // f(normal, distance, samples); variant: 1 inside + 2 own object
   bevel,              // v(radius, samples[, normal]); variant: 1 with that normal
-  raycast,            // 9(position, direction, length): hit, self, distance, position, normal; variant: 1 own object
+  raycast,  // 13(position, direction, length): hit, self, distance, position, normal, place; variant: 1 own object
+  met_attribute,  // 5(hit, place of a raycast): rgba, number; data: in ProgramData::met_attributes
   fresnel,
   layer_weight_fresnel,
   layer_weight_facing,
@@ -83,7 +84,7 @@ enum class Op : uint8_t {
   bump,            // v(normal, strength, distance, h, hx, hy); variant: 1 inverts
   normal_dot,      // f(a, b)
   radial_tangent,  // v(generated); variant: axis
-  world_tangent,   // v(tangent)
+  world_tangent,   // v(tangent); variant 0: of an attribute, in world space, 1: in object space
   blackbody,
   wavelength,
   object_normal_of,  // v(normal): from world to object space, unit
@@ -280,6 +281,7 @@ class ProgramData {
   std::vector<std::vector<float>> tables;  ///< ramps: 256 · rgba; curves; skies; light profiles
   std::vector<VoronoiParameters> voronois;
   std::vector<AttributeRequest> requests;
+  std::vector<std::string> met_attributes;  ///< names, of the surfaces that Raycast meets
   ProgramTraits traits;
   BumpShadowing bump_shadowing = BumpShadowing::cubic;
   bool correlated_masking = false;  ///< of microfacet lobes
@@ -290,7 +292,7 @@ class ProgramData {
 inline constexpr int k_max_registers = 4096;  ///< floats: 16 KiB of stack
 
 /// Widest result of an instruction, floats.
-inline constexpr int k_max_width = 9;
+inline constexpr int k_max_width = 13;
 
 /// Operands of one instruction.
 struct Arguments {

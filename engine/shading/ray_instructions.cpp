@@ -111,6 +111,7 @@ Raycast cast_ray(const ShadingPoint& point, const Vec3& position, const Vec3& di
   result.distance = met.distance_m / unit;
   result.position = position + direction * result.distance;
   result.normal = met.ns_world;
+  result.place = met.place;
   return result;
 }
 

@@ -19,6 +19,7 @@ struct Raycast {
   bool hit = false, own_object = false;
   float distance = 0.0f;  ///< in lengths of the direction
   Vec3 position{0.0f}, normal{0.0f};
+  SurfacePlace place;  ///< if something was hit
 };
 /// @param direction of any length, which `distance` is counted in. Nothing is hit where there are no rays.
 Raycast cast_ray(const ShadingPoint& point, const Vec3& position, const Vec3& direction, float distance,

@@ -70,6 +70,12 @@ struct ParticleState {
 
 struct ShadingPoint;
 
+/// Where on the scene's surfaces something is.
+struct SurfacePlace {
+  uint32_t instance = 0, primitive = 0;
+  Vec2 barycentric{0, 0};
+};
+
 /// Rays of programs that look around a point, as the scene traces them.
 class ShaderRays {
  public:
@@ -87,11 +93,18 @@ class ShaderRays {
     float distance_m = 0.0f;
     Vec3 ns_world{0.0f};  ///< unit, towards where the ray came from
     bool own_object = false;
+    SurfacePlace place;
   };
   /// What a ray meets first within `distance_m` along a unit direction. False: nothing.
   /// @param from_surface it starts at the point itself, which it does not meet
   virtual bool meets(const ShadingPoint& point, const Vec3& origin_world, const Vec3& direction_world, float distance_m,
                      bool from_surface, bool own_object, Meeting& met) const = 0;
+  struct MetAttribute {
+    Vec4 value{0, 0, 0, 1};  ///< as AttributeValue's; 0 and w 1 where there is none
+    float number = 0.0f;     ///< as of AttributeRequest::Kind::number
+  };
+  /// Attribute `name` of the mesh at a place that meets() found.
+  virtual MetAttribute attribute(const SurfacePlace& place, const std::string& name) const = 0;
 };
 
 /// All in world space. For surfaces; for the world and distant lights, `wi` alone is meaningful (p = -wi direction

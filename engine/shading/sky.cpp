@@ -203,6 +203,12 @@ Color disc_radiance(const std::vector<float>& table, const Vec3& d, float view_e
   return lerp(bottom, top, t) * (table[h_intensity] * limb);
 }
 
+// What is left of the horizon's light below it, at a height z of a unit direction.
+float horizon_fade(float z) {
+  const float fade = std::max(1.0f + z * 2.5f, 0.0f);
+  return fade * fade * fade;
+}
+
 Color atmosphere_radiance(const std::vector<float>& table, const Vec3& d) {
   const float view_elevation = std::asin(std::clamp(d.z, -1.0f, 1.0f));
   const Color disc = disc_radiance(table, d, view_elevation);
@@ -215,9 +221,7 @@ Color atmosphere_radiance(const std::vector<float>& table, const Vec3& d) {
   // Blender before 5.0: the disc hides the sky, and the horizon fades below.
   if (max_component(disc) > 0.0f) return rgb_from_xyz(disc);
   if (d.z >= 0.0f) return rgb_from_xyz(atmosphere_lookup(table, u, height));
-  if (d.z < -0.4f) return Color(0.0f);
-  const float fade = 1.0f + d.z * 2.5f;
-  return rgb_from_xyz(atmosphere_lookup(table, u, 0.0f) * (fade * fade * fade));
+  return rgb_from_xyz(atmosphere_lookup(table, u, 0.0f) * horizon_fade(d.z));
 }
 
 // Fills a table's rows with the radiance of directions in half the sky, the sun at longitude 0.
@@ -252,7 +256,7 @@ void make_single_scattering(const AtmosphereSky& sky, std::vector<float>& table,
   top = disc(sky, eye, sky.sun_elevation_rad + 0.5f * sky.sun_angle_rad);
   const Vec3d sun(std::cos(sky.sun_elevation_rad), 0.0, std::sin(sky.sun_elevation_rad));
   const bool whole = table[h_whole] > 0.0f;
-  // More rows towards the horizon. Whole skies are black below it.
+  // More rows towards the horizon.
   const auto latitude = [&](int row) {
     const double above = whole ? row - k_rows : row;
     return (0.5 * std::numbers::pi + (whole ? 0.0 : 0.25 * std::numbers::pi / k_rows)) * above / k_rows * above /
@@ -260,7 +264,16 @@ void make_single_scattering(const AtmosphereSky& sky, std::vector<float>& table,
   };
   const auto longitude = [](int column) { return 2.0 * std::numbers::pi * column / k_columns - std::numbers::pi; };
   fill_sky(table, latitude, longitude,
-           [&](const Vec3d& d) { return whole && d.z <= 0.0 ? Color(0.0f) : scattered(sky, eye, d, sun); });
+           [&](const Vec3d& d) { return d.z < 0.0 ? Color(0.0f) : scattered(sky, eye, d, sun); });
+  if (!whole) return;
+  // Below the horizon it fades.
+  const size_t row_floats = 3 * k_columns;
+  const float* horizon = table.data() + h_size + k_rows * row_floats;
+  for (int row = 0; row < k_rows; ++row) {
+    const float fade = horizon_fade(static_cast<float>(std::sin(latitude(row))));
+    for (size_t i = 0; i < row_floats; ++i)
+      table[h_size + static_cast<size_t>(row) * row_floats + i] = horizon[i] * fade;
+  }
 }
 
 void make_multiple_scattering(const AtmosphereSky& sky, std::vector<float>& table, Color& bottom, Color& top) {

@@ -15,7 +15,7 @@ std::vector<float> make_preetham_sky(const Vec3& sun_direction, float turbidity)
 struct AtmosphereSky {
   enum class Model {
     nishita,              ///< single scattering, fading below the horizon (Blender before 5.0)
-    single_scattering,    ///< the same, black below the horizon
+    single_scattering,    ///< the same, its disc on top of the sky (from 5.0 on)
     multiple_scattering,  ///< García Liñán's, with the ground
   };
   Model model = Model::nishita;

@@ -37,6 +37,11 @@ TEST(Sky, with_all_scattering_lights_what_lies_below_and_is_about_as_bright_as_w
   sky.model = AtmosphereSky::Model::multiple_scattering;
   const std::vector<float> all = make_atmosphere_sky(sky);
   EXPECT_EQ(max_component(sky_radiance(once, {0, 0.5f, -0.5f})), 0.0f);
+  // One scattering alone fades below the horizon, to black at a height of -0.4 of the unit direction.
+  const auto at_height = [&](float z) { return sky_radiance(once, {std::sqrt(1.0f - z * z), 0.0f, z}).y; };
+  EXPECT_NEAR(at_height(-1e-4f), at_height(1e-4f), 0.02f * at_height(1e-4f));
+  EXPECT_NEAR(at_height(-0.2f), 0.125f * at_height(-1e-5f), 0.02f * at_height(-1e-5f));
+  EXPECT_GT(at_height(-0.3f), 0.0f);
   EXPECT_GT(max_component(sky_radiance(all, {0, 0.5f, -0.5f})), 0.0f);
   const float ratio = sky_radiance(all, {1, 0, 0.3f}).y / sky_radiance(once, {1, 0, 0.3f}).y;
   EXPECT_GT(ratio, 0.5f);

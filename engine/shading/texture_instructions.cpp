@@ -205,11 +205,12 @@ void run_texture_instruction(const ProgramData& program, const Instruction& inst
       texel(texture_environment(program.textures[instruction.data], textures, a.v(0)));
       break;
     case Op::noise: {  // vector, w, scale, detail, roughness, lacunarity, offset, gain, distortion; variant:
-                       // dimensions, 8: signed, 16: colour wanted, 32 · type
+                       // dimensions, 8: signed, 16: colour wanted, 32 · type; data 1: repeats
       NoiseParameters parameters;
       parameters.dimensions = std::max(1, variant & 7);
       parameters.normalize = !(variant & 8);
       parameters.type = static_cast<FractalType>(variant >> 5);
+      parameters.repeats = instruction.data != 0;
       parameters.detail = a.f(3);
       parameters.roughness = a.f(4);
       parameters.lacunarity = a.f(5);

@@ -19,12 +19,15 @@ k_false_alarms = 1e-3  # probability that a case of two engines that agree fails
 
 @dataclasses.dataclass
 class Verdict:
-    """What was found of one case. `difference`: the largest, as a part of the patch's largest value (at least 1)."""
+    """What was found of one case. `difference`: the largest, as a part of the patch's largest value (at least 1) or, of surfaces,
+    of the case's mean. `sure` and `mean_sure`: what of the largest difference and of that of the means chance does not explain."""
 
     case: dict
     agrees: bool
     difference: float
     differing: float  # fraction of the patch's values beyond rounding
+    sure: float
+    mean_sure: float = 0.0
     note: str = ""
 
 
@@ -61,7 +64,7 @@ def value_verdicts(folder):
         # The distance between the intervals that the seeds of each engine span.
         gap = numpy.maximum(a.min(axis=0) - b.max(axis=0), b.min(axis=0) - a.max(axis=0)).clip(0.0) / scale
         beyond = gap > k_rounding
-        verdicts.append(Verdict(case, not beyond.any(), float(gap.max()), float(beyond.mean())))
+        verdicts.append(Verdict(case, not beyond.any(), float(gap.max()), float(beyond.mean()), float(gap.max())))
     return verdicts
 
 
@@ -81,11 +84,18 @@ def surface_verdicts(folder, kind):
         p = image_statistics.welch(a, b, k_rounding * scale)
         significant = p < 1.0 - (1.0 - k_false_alarms) ** (1.0 / p.size)
         differences = numpy.where(significant, numpy.abs(b.mean(axis=0) - a.mean(axis=0)), 0.0) / scale
-        ratio = float(b.mean() / a.mean()) if a.mean() != 0.0 else float("nan")
+        sure = numpy.where(significant, beyond_chance(a, b), 0.0).max() / scale
+        mean_sure = beyond_chance(a.mean(axis=(1, 2, 3)), b.mean(axis=(1, 2, 3))) / scale
         verdicts.append(
-            Verdict(case, not significant.any(), float(differences.max()), float(significant.mean()), f"mean ratio {ratio:.4f}")
+            Verdict(case, not significant.any(), float(differences.max()), float(significant.mean()), float(sure), float(mean_sure))
         )
     return verdicts
+
+
+def beyond_chance(a, b):
+    """How far apart the means over the first axis are, less six standard errors (of eight pictures, in some 50 tiles); not below 0."""
+    error = numpy.sqrt(a.var(axis=0, ddof=1) / len(a) + b.var(axis=0, ddof=1) / len(b))
+    return (numpy.abs(b.mean(axis=0) - a.mean(axis=0)) - 6.0 * error).clip(0.0)
 
 
 def verdicts_of(folder, kind):
@@ -102,5 +112,5 @@ if __name__ == "__main__":
         results = verdicts_of(sys.argv[1], kind)
         for verdict in results:
             if not verdict.agrees:
-                print(f"{label(verdict.case)}: {verdict.difference:.2g} in {100 * verdict.differing:.0f}% {verdict.note}")
+                print(f"{label(verdict.case)}: {verdict.difference:.2g} in {100 * verdict.differing:.0f}%, mean {verdict.mean_sure:.2g}")
         print(sum(verdict.agrees for verdict in results), "of", len(results), "agree")

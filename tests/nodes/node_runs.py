@@ -32,7 +32,7 @@ def run(folder, kinds, nodes=None, every=1, samples=None, sky_alone=False, timeo
         found = compare.read_cases(folder, kind)
         version = found["blender"]
         for verdict in compare.verdicts_of(folder, kind) if found["cases"] else []:
-            verdict.note = "" if verdict.agrees else known_differences.reason(verdict.case, version)
+            verdict.note = "" if verdict.agrees else known_differences.reason(verdict, version, bounded=not sky_alone)
             verdicts.append(verdict)
     return version, verdicts
 

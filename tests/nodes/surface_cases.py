@@ -309,20 +309,26 @@ def add_point_density(space, interpolation, output):
     k_cases.append(("TexPointDensity", f"{space} {interpolation}.{output}", build))
 
 
-def add_raycast(output, label, only_local, length, direction, from_normal):
-    """A case of an output of Raycast, from the surface along a direction, or the normal scaled by it."""
+def add_raycast(output, label, only_local, length, direction, from_normal, attribute=None):
+    """A case of an output of Raycast, from the surface along a direction, or the normal scaled by it. `attribute`: (type, name)
+    of one that the node reads there; the output is then a part of that one's name."""
     if not hasattr(bpy.types, "ShaderNodeRaycast"):
         return
 
     def build(tree, _thing):
         node = shader(tree, "Raycast", {"Length": length}, only_local=only_local)
+        read = output
+        if attribute:
+            node.sample_attribute_items.new(attribute[0], "read")
+            node.inputs["Value_0"].default_value = attribute[1]
+            read = output.split()[0]
         along = shader(tree, "VectorMath", {}, operation="MULTIPLY")
         along.inputs[0].default_value, along.inputs[1].default_value = (1.0, 1.0, 1.0), direction
         if from_normal:
             tree.links.new(shader(tree, "NewGeometry").outputs["Normal"], along.inputs[0])
         tree.links.new(along.outputs[0], node.inputs["Direction"])
         scaled = shader(tree, "VectorMath", {}, operation="MULTIPLY")
-        tree.links.new(node.outputs[output], scaled.inputs[0])
+        tree.links.new(next(s for s in node.outputs if s.identifier == read), scaled.inputs[0])
         scaled.inputs[1].default_value = (0.2, 0.2, 0.2)
         return emitted(tree, scaled.outputs[0])
 
@@ -412,6 +418,11 @@ def add_inputs():
         for own in (False, True):
             add_raycast(output, "inwards", own, 3.0, (-1.0, -1.0, -1.0), from_normal=True)
             add_raycast(output, "sideways", own, 2.5, (0.9, 0.1, 0.1), from_normal=False)
+    for name in ("number", "vector", "paint", "point", "corner", "whole", "flag", "second", "absent", ""):
+        for item, parts in (("FLOAT", ("",)), ("VECTOR", ("",)), ("RGBA", ("", "_Alpha"))):
+            for part in parts:
+                add_raycast(f"Attribute_0{part} {item} {name}", "sideways", False, 2.5, (0.9, 0.1, 0.1), from_normal=False,
+                            attribute=(item, name))  # fmt: skip
     add_value("AmbientOcclusion", "AO")
     for kind in items("VectorTransform", "vector_type"):
         for source in items("VectorTransform", "convert_from"):
@@ -467,7 +478,7 @@ def add_images():
                     larger = shader(tree, "Mapping", {"Vector": coordinates, "Scale": (1.7, 1.7, 1.7)}).outputs[0]
                     node = shader(tree, "TexImage", {"Vector": larger}, projection=projection,
                                   interpolation=interpolation, extension=extension, projection_blend=0.3)  # fmt: skip
-                    node.image = bpy.data.images["pattern"]
+                    node.image = bpy.data.images["opaque"]
                     return shader(tree, "Emission", {"Color": node.outputs[0]}).outputs[0]
 
                 k_cases.append(("TexImage", f"{projection} {interpolation} {extension}", image))
@@ -495,7 +506,7 @@ def add_images():
         def mapped(tree, _thing, kind=kind):
             coordinates = shader(tree, "TexCoord").outputs["UV"]
             node = shader(tree, "TexImage", {"Vector": coordinates})
-            node.image = bpy.data.images["pattern"]
+            node.image = bpy.data.images["opaque"]
             node.texture_mapping.vector_type = kind
             node.texture_mapping.translation = (0.2, 0.1, 0.0)
             node.texture_mapping.rotation = (0.0, 0.0, 0.5)
@@ -510,7 +521,7 @@ def add_images():
             def environment(tree, _thing, projection=projection, interpolation=interpolation):
                 normal = shader(tree, "NewGeometry").outputs["Normal"]
                 node = shader(tree, "TexEnvironment", {"Vector": normal}, projection=projection, interpolation=interpolation)
-                node.image = bpy.data.images["pattern"]
+                node.image = bpy.data.images["opaque"]
                 return shader(tree, "Emission", {"Color": node.outputs[0]}).outputs[0]
 
             k_cases.append(("TexEnvironment", f"{projection} {interpolation}", environment))

@@ -81,6 +81,9 @@ def attribute_names(materials):
             names.add(node.layer_name)
         elif node.bl_idname == "ShaderNodeNewGeometry":
             names.update(name for output, name in _SHAPE.items() if node.outputs[output].is_linked)
+        elif node.bl_idname == "ShaderNodeRaycast" or getattr(node, "node_tree", None) is not None:
+            # Texts name attributes of what rays meet; groups hand them on.
+            names.update(socket.default_value for socket in node.inputs if socket.type == "STRING")
     return names
 
 
@@ -131,8 +134,7 @@ def _all_nodes(materials):
         for node in tree.nodes:
             if getattr(node, "node_tree", None) is not None:
                 trees.append(node.node_tree)
-            else:
-                yield node
+            yield node
 
 
 def _replace_volume(edits, datablock, builder, graph):

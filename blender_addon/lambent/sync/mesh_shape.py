@@ -41,24 +41,42 @@ def pointiness(positions, normals, edges):
 
 
 def islands(vertex_count, edges):
-    """int64[V]: the lowest number of the vertices that edges join each vertex with."""
+    """int64[V]: of the vertices that edges join, the one that stands for all in Cycles (util/disjoint_set.h).
+
+    There each edge joins the sets of its ends: the set of lower rank goes under the root of the other, under that of the edge's
+    first end where ranks are equal, which then rises by one. Here all sets of a rank are taken together. The first edge that
+    leaves such a set either makes a set of the next rank, together with one for which it is the first edge too, or puts it under
+    one of higher rank: afterwards all sets that edges still leave are of the next rank.
+    """
     root = np.arange(vertex_count)
+    edges = np.asarray(edges, np.int64).reshape(-1, 2)
     while True:
-        low, high = np.sort(root[edges], axis=1).T if len(edges) else (root[:0], root[:0])
-        if (low == high).all():
+        edges = edges[edges[:, 0] != edges[:, 1]]
+        if not len(edges):
             return root
-        np.minimum.at(root, high, low)
-        while (root != root[root]).any():
-            root = root[root]
+        # Where in the list of ends each set comes first: of repeated indices the last assignment holds.
+        ends = edges.ravel()
+        first = np.full(vertex_count, -1)
+        first[ends[::-1]] = np.arange(len(ends))[::-1]
+        left = np.flatnonzero(first >= 0)
+        above = np.arange(vertex_count)
+        above[left] = ends[first[left] ^ 1]
+        numbers = np.arange(len(edges))
+        new = (first[edges[:, 0]] == 2 * numbers) & (first[edges[:, 1]] == 2 * numbers + 1)
+        above[edges[new, 0]] = edges[new, 0]
+        while (above != above[above]).any():
+            above = above[above]
+        root, edges = above[root], above[edges]
 
 
 def random_numbers(integers):
-    """float32 in [0, 1) for integers, the same for the same."""
-    bits = np.asarray(integers).astype(np.uint64)
-    for shift, factor in ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB)):
-        bits = (bits + np.uint64(0x9E3779B97F4A7C15)) if shift == 30 else bits
-        bits = (bits ^ (bits >> np.uint64(shift))) * np.uint64(factor)
-    return ((bits ^ (bits >> np.uint64(31))) >> np.uint64(40)).astype(np.float32) / np.float32(1 << 24)
+    """float32 in [0, 1] for integers of 32 bits: Cycles' hash_uint_to_float (Jenkins 2006, lookup3)."""
+    a = np.asarray(integers).astype(np.uint32) + np.uint32(0xDEADBEEF + 4 + 13)
+    b = c = np.full_like(a, 0xDEADBEEF + 4 + 13)
+    for step in (14, 11, 25, 16, 4, 14, 24):
+        # The three take turns: c from b, a from c, b from a.
+        a, b, c = b, (c ^ b) - ((b << np.uint32(step)) | (b >> np.uint32(32 - step))), a
+    return b.astype(np.float32) * np.float32(1.0 / 0xFFFFFFFF)
 
 
 def _sums(indices, vectors, count):

@@ -61,6 +61,14 @@ def _light_profile(node, found):
             pass
 
 
+def _raycast(node, found):
+    # Of which type an item is: its sockets have the name alone.
+    for socket in node.outputs:
+        if socket.identifier.startswith("Attribute_") and not socket.identifier.endswith("_Alpha"):
+            item = socket.identifier[len("Attribute_") :]
+            found["type_" + item] = "FLOAT" if socket.type == "VALUE" else socket.type
+
+
 def _aov(node, found):
     found.pop("aov_name", None)
     found["aov"] = compat.aov_name(node)
@@ -70,6 +78,7 @@ _SPECIAL = {
     "ShaderNodeOutputAOV": _aov,
     "ShaderNodeBsdfPrincipled": _principled,
     "ShaderNodeNormal": _normal,
+    "ShaderNodeRaycast": _raycast,
     "ShaderNodeTexIES": _light_profile,
 }
 

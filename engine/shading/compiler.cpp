@@ -198,6 +198,9 @@ int Compiler::choice(int index, const char* property, const std::vector<const ch
 // --- What unconnected inputs stand for -------------------------------------------------------------------------------
 
 Value Compiler::attribute(AttributeRequest::Kind kind, const std::string& name, int shift) {
+  // As where a mesh has none of that name.
+  const float alpha = kind == AttributeRequest::Kind::named ? 1.0f : 0.0f;
+  if (!on_mesh()) return expressions_.vector4({0, 0, 0, alpha});
   const AttributeRequest request{kind, name};
   auto& requests = program_->requests;
   auto found = std::find(requests.begin(), requests.end(), request);
@@ -207,8 +210,7 @@ Value Compiler::attribute(AttributeRequest::Kind kind, const std::string& name, 
         report_.warning("unsupported", name_,
                         "The shader of '" + name_ + "' reads more than " + std::to_string(k_max_attributes) +
                             " attributes; '" + name + "' and later ones count as 0.");
-      return expressions_.operation(Op::combine, 0,
-                                    {expressions_.number(0), expressions_.number(0), expressions_.number(0)}, 4);
+      return expressions_.vector4({0, 0, 0, alpha});
     }
     requests.push_back(request);
     found = requests.end() - 1;
@@ -223,6 +225,7 @@ Value Compiler::uv(int shift) {
 }
 Value Compiler::generated(int shift) {
   if (is_world()) return position(shift);
+  if (!on_mesh()) return object_position(shift);
   return expressions_.part(attribute(AttributeRequest::Kind::generated, "", shift), 0, 3);
 }
 Value Compiler::position(int shift) {

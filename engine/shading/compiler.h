@@ -45,6 +45,8 @@ class Compiler {
   Expressions& expressions() { return expressions_; }
   ProgramData& program() { return *program_; }
   bool is_world() const { return subject_ == Subject::world; }
+  /// Only meshes have attributes.
+  bool on_mesh() const { return subject_ == Subject::material; }
 
   /// The input's link, value, or `otherwise`.
   Value number(int node, const char* socket, float otherwise, int shift);

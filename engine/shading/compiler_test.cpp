@@ -3,6 +3,7 @@
 
 #include "engine/shading/bsdf_set.h"
 #include "engine/shading/color_math.h"
+#include "engine/shading/compiler.h"
 #include "engine/shading/expressions.h"
 #include "engine/shading/graph.h"
 
@@ -605,6 +606,25 @@ class RaysForTest final : public ShaderRays {
  private:
   bool meets_;
 };
+
+TEST(Compiler, worlds_and_lights_have_no_attributes_to_read) {
+  Report report;
+  int tried = 0;
+  for (const auto& [type, unused] : value_nodes())
+    for (const char* output :
+         {"Color", "Vector", "UV", "Generated", "Object", "Fac", "Alpha", "Tangent", "Normal", "Value"}) {
+      const auto graph = [&](const char* closure) {
+        return make_graph({make_node(type.c_str()), make_node(closure, {{"Color", GraphLink{0, output}}})});
+      };
+      EXPECT_TRUE(compile_world(graph("Background"), "W", {}, report)->attribute_requests().empty()) << type << output;
+      EXPECT_TRUE(compile_light(graph("Emission"), "L", {}, report)->attribute_requests().empty()) << type << output;
+      ++tried;
+    }
+  EXPECT_GT(tried, 500);
+  const ShaderGraph graph =
+      make_graph({make_node("VertexColor"), make_node("Background", {{"Color", GraphLink{0, "Color"}}})});
+  EXPECT_EQ(compile_world(graph, "W", {}, report)->emission(front_point(), nullptr), Color(0.0f));
+}
 
 TEST(Compiler, raycast_reads_attributes_of_what_it_meets) {
   const auto shown = [](const char* type, const char* name, const char* output, bool meets) {

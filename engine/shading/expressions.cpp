@@ -76,6 +76,7 @@ Value Expressions::constant_value(std::vector<float> values) {
 
 Value Expressions::number(float x) { return constant_value({x}); }
 Value Expressions::vector(const Vec3& v) { return constant_value({v.x, v.y, v.z}); }
+Value Expressions::vector4(const Vec4& v) { return constant_value({v.x, v.y, v.z, v.w}); }
 
 Value Expressions::operation(Op op, int variant, std::vector<Value> arguments, int width, uint32_t data) {
   bool constant = !reads_point(op);

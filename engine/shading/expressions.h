@@ -23,6 +23,7 @@ class Expressions {
 
   Value number(float x);
   Value vector(const Vec3& v);
+  Value vector4(const Vec4& v);
   /// Result of an operation, `width` floats wide. Operations on constants that read nothing of the point are computed
   /// here; an operation that exists already is shared.
   Value operation(Op op, int variant, std::vector<Value> arguments, int width, uint32_t data = 0);

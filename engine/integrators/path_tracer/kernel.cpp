@@ -28,6 +28,25 @@ Color Kernel<profile, recording>::add(const Color& contribution, bool indirect) 
   return added;
 }
 
+/// @param parts set where there are passes
+template <KernelProfile profile, bool recording>
+BsdfEval Kernel<profile, recording>::eval(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world,
+                                          EvalParts& parts) {
+  if constexpr (recording)
+    return bsdf.eval(wi_world, wo_world, Transport::radiance, ReversePdf::no, parts = {});
+  else
+    return bsdf.eval(wi_world, wo_world, Transport::radiance, ReversePdf::no);
+}
+
+template <KernelProfile profile, bool recording>
+BsdfSample Kernel<profile, recording>::sample(const Bsdf& bsdf, const Vec3& wi_world, const EventNumbers& numbers,
+                                              EvalParts& parts) {
+  if constexpr (recording)
+    return bsdf.sample(wi_world, numbers.lobe, numbers.direction, Transport::radiance, ReversePdf::no, parts = {});
+  else
+    return bsdf.sample(wi_world, numbers.lobe, numbers.direction, Transport::radiance, ReversePdf::no);
+}
+
 /// Light that the walk met.
 template <KernelProfile profile, bool recording>
 void Kernel<profile, recording>::add_met(const Color& contribution, LightSource source, uint16_t group) {
@@ -132,7 +151,8 @@ void Kernel<profile, recording>::next_event(const ShadingPoint& point, const Sur
   if (!light || !(light.pdf_solid_angle > 0.0f) || bounces_.total > light.traits->max_bounces ||
       !scene_.reaches(light.traits->linked.receivers, hit.instance))
     return;
-  BsdfEval scattered = bsdf.eval(point.wi_world, light.direction_world, Transport::radiance, ReversePdf::no);
+  [[maybe_unused]] EvalParts parts;
+  BsdfEval scattered = eval(bsdf, point.wi_world, light.direction_world, parts);
   if (light.traits->hidden_from & k_visible_scattered)
     scattered.f_cos *= share_that_sees(bsdf, point.wi_world, light.direction_world, light.traits->hidden_from,
                                        lights.kind(light.light) == LightKind::triangle);
@@ -166,7 +186,7 @@ void Kernel<profile, recording>::next_event(const ShadingPoint& point, const Sur
   if constexpr (recording)
     if (!is_black(added))
       passes()->joined(added, hit.instance, bsdf, point.wi_world, light.direction_world, Technique::next_event, {},
-                       scene_.source_of(light.light), light.traits->group);
+                       scene_.source_of(light.light), light.traits->group, nullptr, &parts);
 }
 
 /// An even world is no light that next event chooses: the surface receives it by the scattered ray.
@@ -210,7 +230,8 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
     scene_.fill_shading_point(hit, binding, -ray.direction, geometry_hit.t, cone, path_counts(), point);
 
     BsdfSample scattered;
-    float u_roulette = -1.0f;  // none: a path that ends with the next light plays no roulette on its way there
+    [[maybe_unused]] EvalParts parts;  // of `scattered`
+    float u_roulette = -1.0f;          // none: a path that ends with the next light plays no roulette on its way there
     if (bounces_.last || roulette.lost) {
       if (program.traits().emits)
         add_surface_emission(hit, binding, ray.direction, distance, program.emission(point, scene_.textures()));
@@ -246,7 +267,8 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
       if constexpr (recording) receiving_ = only_transparent_ && passes()->wants_received();
       if (bsdf.has_non_delta() && !scene_.lights().empty(k_even_world))
         next_event(point, hit, bsdf, receiver_normal, numbers);
-      scattered = bsdf.sample(point.wi_world, numbers.lobe, numbers.direction, Transport::radiance, ReversePdf::no);
+      scattered = sample(bsdf, point.wi_world, numbers, parts);
+      if (recording && only_transparent_) passes()->sampled(hit, point, bsdf, scattered, parts.picked);
       u_roulette = numbers.roulette;
       if (scattered.event == k_scatter_none) break;
       Vec3 scattered_normal = receiver_normal;
@@ -262,8 +284,7 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
         if constexpr (recording) receiving_ = false;  // of what is under the surface nothing is received there
         scattered_normal = point.ng_world;
         if (!scene_.lights().empty(k_even_world)) next_event(point, hit, bsdf, scattered_normal, exit_numbers);
-        scattered =
-            bsdf.sample(point.wi_world, exit_numbers.lobe, exit_numbers.direction, Transport::radiance, ReversePdf::no);
+        scattered = sample(bsdf, point.wi_world, exit_numbers, parts);
         if (scattered.event == k_scatter_none) break;
         u_roulette = exit_numbers.roulette;
       }
@@ -274,7 +295,7 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
       } else if (!(scattered.event & k_scatter_transparent)) {
         last_ = {hit.p_world, scattered_normal, scattered.pdf_solid_angle, !(scattered.event & k_scatter_delta),
                  hit.instance};
-        if (PassRecorder* const p = passes()) p->scattered(hit.instance, bsdf, point.wi_world, scattered);
+        if (PassRecorder* const p = passes()) p->scattered(hit.instance, bsdf, point.wi_world, scattered, &parts);
       }
     }
     throughput_ *= scattered.weight;

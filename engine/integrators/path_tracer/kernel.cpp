@@ -93,15 +93,16 @@ void Kernel<profile, recording>::add_background(const Vec3& direction) {
   }
   scene_.lights().for_each_infinite(direction, bounces_.ray_kind, [&](const LightHit& hit) {
     // As in Cycles, suns with shadow linking are not even seen by the camera.
-    if (bounces_.total - 1 > hit.traits->max_bounces || hit.traits->linked.blockers != 0 || !meets(hit.traits->linked))
-      return;
-    const float weight = emission_weight(hit.light, direction, k_infinity, hit.uv, *hit.traits);
-    if (!(weight > 0.0f)) return;
+    const bool counts =
+        bounces_.total - 1 <= hit.traits->max_bounces && hit.traits->linked.blockers == 0 && meets(hit.traits->linked);
+    const float weight = counts ? emission_weight(hit.light, direction, k_infinity, hit.uv, *hit.traits) : 0.0f;
+    if (!(weight > 0.0f) && !(recording && meets_world_)) return;
     const Color radiance = throughput_ * scene_.light_radiance(hit, path_counts());
     const LightSource source = scene_.source_of(hit.light);
     if constexpr (recording)
-      if (meets_world_ && source == LightSource::background) passes()->received(radiance, Color(0.0f));
-    add_met(radiance * weight, source, hit.traits->group);
+      if (meets_world_ && source == LightSource::background)
+        passes()->received(weight > 0.0f ? radiance : Color(0.0f), world_hidden_ ? Color(0.0f) : radiance);
+    if (weight > 0.0f) add_met(radiance * weight, source, hit.traits->group);
   });
 }
 
@@ -189,16 +190,21 @@ void Kernel<profile, recording>::next_event(const ShadingPoint& point, const Sur
                        scene_.source_of(light.light), light.traits->group, nullptr, &parts);
 }
 
-/// An even world is no light that next event chooses: the surface receives it by the scattered ray.
+/// An even world is no light that next event chooses: the surface receives it by the scattered ray, by what that meets.
 template <KernelProfile profile, bool recording>
 void Kernel<profile, recording>::receive_world(const BsdfSample& scattered) {
-  PassRecorder* const passes = this->passes();
-  meets_world_ = passes && receiving_ && !(scattered.event & k_scatter_delta) && scene_.lights().has_even_world();
-  receiving_ = false;
-  if (!meets_world_) return;
-  scene_.lights().for_each_infinite(scattered.wo_world, bounces_.ray_kind, [&](const LightHit& hit) {
+  meets_world_ = receiving_ && !(scattered.event & k_scatter_delta) && scene_.lights().has_even_world();
+  world_hidden_ = receiving_ = false;
+}
+
+/// Something stands before the world that the scattered ray would have met; a transparent surface perhaps.
+template <KernelProfile profile, bool recording>
+void Kernel<profile, recording>::hide_world(const Vec3& direction) {
+  if (!meets_world_ || world_hidden_) return;
+  world_hidden_ = true;
+  scene_.lights().for_each_infinite(direction, bounces_.ray_kind, [&](const LightHit& hit) {
     if (scene_.source_of(hit.light) == LightSource::background)
-      passes->received(Color(0.0f), throughput_ * scene_.light_radiance(hit, path_counts()));
+      recorder_->received(Color(0.0f), throughput_ * scene_.light_radiance(hit, path_counts()));
   });
 }
 
@@ -221,6 +227,7 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
       add_background(ray.direction);
       break;
     }
+    if constexpr (recording) hide_world(ray.direction);
     SurfaceHit hit = scene_.geometry().surface(geometry_hit);
     const SurfaceBinding& binding = scene_.binding(hit.instance, hit.material_slot);
     const Program& program = *binding.program;
@@ -314,7 +321,10 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
     roulette = {};
     if (event_index > 0 && u_roulette >= 0.0f && !only_transparent_) {
       roulette = Roulette(throughput_, u_roulette);
-      if (roulette.lost && !scene_.rays_meet_light()) break;
+      if (roulette.lost && !scene_.rays_meet_light()) {
+        if constexpr (recording) hide_world(scattered.wo_world);
+        break;
+      }
     }
 
     const float t_max = bounces_.ray_kind & k_ray_camera ? ray.t_max - geometry_hit.t : k_infinity;

@@ -159,6 +159,9 @@ class TileWriter {
   void add(int x, int y, std::span<const float> values);
   /// The usual case of one RGBA channel.
   void add(int x, int y, const Vec4& rgba) { add(x, y, std::span<const float>(&rgba.x, 4)); }
+  /// Room for a sample's floats, all 0, until anything else is called; add_next() adds it as add() does.
+  std::span<float> next();
+  void add_next(int x, int y);
   /// Adds what is buffered, so that readers see it.
   void flush();
 

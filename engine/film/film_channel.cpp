@@ -32,7 +32,7 @@ FilmLayout::FilmLayout(const std::vector<FilmChannel>& channels) {
         break;
       case ChannelRule::ids:
         place.sample = sample_floats;
-        sample_floats += 2 * k_ids_a_sample;
+        sample_floats += sample_floats_of(channel);
         place.id = id_slots;
         place.slots = channel.components;
         id_slots += place.slots;

@@ -81,6 +81,10 @@ struct FilmLayout {
   bool plain = true;  ///< nothing but means, all read as they are
 
   explicit FilmLayout(const std::vector<FilmChannel>& channels = {});
+  /// That a channel has in a sample, one of a rule that takes some.
+  static int sample_floats_of(const FilmChannel& channel) {
+    return channel.rule == ChannelRule::ids ? 2 * k_ids_a_sample : channel.components;
+  }
 };
 
 /// The channels that a reader gets, in order.

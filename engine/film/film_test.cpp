@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <filesystem>
@@ -231,6 +232,31 @@ TEST(Film, channels_follow_their_rules) {
   EXPECT_EQ(part.pixels.size(), size_t(part.rectangle.width * part.rectangle.height * 2));
   EXPECT_EQ(part.pixels[2 * pixel], 7.0f);
   EXPECT_EQ(part.pixels[2 * pixel + 1], 0.5f);
+}
+
+TEST(Film, samples_written_in_place_are_those_that_are_handed_over) {
+  FilmSettings settings = small_settings();
+  settings.channels.push_back({.name = "odd", .components = 7});
+  settings.channels.push_back({.name = "ids", .components = 4, .rule = ChannelRule::ids});
+  const auto handed = make_film(settings), in_place = make_film(settings);
+  const size_t floats = static_cast<size_t>(handed->sample_components());
+  {
+    TileWriter one(*handed, 0), other(*in_place, 0);
+    const Rectangle r = one.rectangle();
+    for (int n = 0; n < 3000; ++n) {  // more than are held back
+      const int x = r.x + n % r.width, y = r.y + n % r.height;
+      std::vector<float> sample(floats);
+      for (size_t c = 0; c < floats; ++c) sample[c] = noise(x, y, n, static_cast<uint32_t>(c));
+      one.add(x, y, sample);
+      if (n % 5 == 0) std::ranges::fill(other.next(), 1.0f);  // given up
+      const std::span<float> room = other.next();
+      ASSERT_EQ(room.size(), floats);
+      ASSERT_TRUE(std::ranges::all_of(room, [](float value) { return value == 0.0f; }));
+      std::ranges::copy(sample, room.begin());
+      other.add_next(x, y);
+    }
+  }
+  EXPECT_EQ(handed->pixels(), in_place->pixels());
 }
 
 TEST(Film, what_is_not_finite_in_a_pass_costs_the_picture_nothing) {

@@ -91,9 +91,18 @@ bool is_cryptomatte(PassKind kind) {
 }
 
 LobeClass class_of_pass(PassKind kind) {
-  if (kind == PassKind::diffuse_direct || kind == PassKind::diffuse_indirect) return LobeClass::diffuse;
-  return kind == PassKind::glossy_direct || kind == PassKind::glossy_indirect ? LobeClass::glossy
-                                                                              : LobeClass::transmission;
+  switch (kind) {
+    case PassKind::diffuse_direct:
+    case PassKind::diffuse_indirect:
+    case PassKind::diffuse_color:
+      return LobeClass::diffuse;
+    case PassKind::glossy_direct:
+    case PassKind::glossy_indirect:
+    case PassKind::glossy_color:
+      return LobeClass::glossy;
+    default:
+      return LobeClass::transmission;
+  }
 }
 
 /// The kind of what a pass is divided by: scattered light by the colour of what scatters it.
@@ -166,7 +175,6 @@ std::shared_ptr<const PassPlan> PassPlan::create(const std::vector<PassRequest>&
     plan->events_ = plan->events_ || pass.expression || direct_caustics || pass.kind == PassKind::caustics_indirect;
     plan->classes_ = plan->classes_ || direct_caustics || color_of(pass.kind);
   }
-  for (const Pass& pass : plan->data_) plan->timed_ = plan->timed_ || pass.kind == PassKind::time;
   return plan;
 }
 
@@ -188,9 +196,9 @@ void PassPlan::lay_out() {
   std::copy_if(light_.begin(), light_.end(), std::back_inserter(pictures_),
                [](const Pass& pass) { return pass.picture; });
   const auto is_late = [](const Pass& pass) {
-    return pass.kind == PassKind::mist || pass.kind == PassKind::time || pass.kind == PassKind::catcher_lit ||
-           pass.kind == PassKind::catcher_bare || pass.kind == PassKind::catcher_cover ||
-           pass.kind == PassKind::catcher_behind || (pass.kind == PassKind::without_shadow && !pass.group);
+    return pass.kind == PassKind::catcher_lit || pass.kind == PassKind::catcher_bare ||
+           pass.kind == PassKind::catcher_cover || pass.kind == PassKind::catcher_behind ||
+           (pass.kind == PassKind::without_shadow && !pass.group);
   };
   std::copy_if(data_.begin(), data_.end(), std::back_inserter(late_), is_late);
   for (const Pass& pass : data_) {
@@ -201,14 +209,6 @@ void PassPlan::lay_out() {
       case PassKind::material_index:
         looked_at_.push_back(pass);
         break;
-      case PassKind::vector:
-      case PassKind::vector_weight:
-      case PassKind::normal:
-      case PassKind::uv:
-      case PassKind::denoising_normal:
-      case PassKind::denoising_depth:
-        first_.push_back(pass);
-        break;
       case PassKind::aov_color:
       case PassKind::aov_value:
         aovs_.push_back(pass);
@@ -216,28 +216,70 @@ void PassPlan::lay_out() {
       case PassKind::shadow:
         received_.push_back(pass);
         break;
-      case PassKind::denoising_albedo:
-        albedos_.push_back(pass.sample);
-        [[fallthrough]];
-      case PassKind::diffuse_color:
-      case PassKind::glossy_color:
-      case PassKind::transmission_color:
-        albedo_ = true;
-        [[fallthrough]];
-      case PassKind::mist:
-      case PassKind::ambient_occlusion:
       case PassKind::matte:
-      case PassKind::cryptomatte_object:
-      case PassKind::cryptomatte_asset:
-      case PassKind::cryptomatte_material:
-        seen_.push_back(pass);
+        mattes_.push_back(pass);
         break;
       default:
-        break;
+        take_data_slot(pass);
     }
   }
   slots_ = slots_of(light_);
   for (size_t i = 0; i < other_light_.size(); ++i) other_slots_[i] = slots_of(other_light_[i]);
+}
+
+void PassPlan::take_data_slot(const Pass& pass) {
+  DataSlots& slots = data_slots_;
+  const auto take = [&](int& slot) {
+    if (slot < 0)
+      slot = pass.sample;
+    else
+      copies_.push_back({slot, pass.sample, layout_.sample_floats_of(channels_[static_cast<size_t>(pass.channel)])});
+  };
+  const auto take_first = [&](int& slot) {
+    slots.first_surface = true;
+    take(slot);
+  };
+  switch (pass.kind) {
+    case PassKind::diffuse_color:
+    case PassKind::glossy_color:
+    case PassKind::transmission_color:
+      slots.albedos = true;
+      return take(slots.colors[static_cast<size_t>(class_of_pass(pass.kind))]);
+    case PassKind::denoising_albedo:
+      slots.albedos = true;
+      return take(slots.denoising_albedo);
+    case PassKind::mist:
+      return take(slots.mist);
+    case PassKind::ambient_occlusion:
+      return take(slots.ambient_occlusion);
+    case PassKind::cryptomatte_object:
+      slots.ids = true;
+      return take(slots.cryptomatte_object);
+    case PassKind::cryptomatte_material:
+      slots.ids = true;
+      return take(slots.cryptomatte_material);
+    case PassKind::cryptomatte_asset:
+      slots.ids = true;
+      return take(slots.cryptomatte_asset);
+    case PassKind::vector:
+      return take_first(slots.vector);
+    case PassKind::vector_weight:
+      return take_first(slots.vector_weight);
+    case PassKind::normal:
+      slots.normals = true;
+      return take_first(slots.normal);
+    case PassKind::denoising_normal:
+      slots.normals = true;
+      return take_first(slots.denoising_normal);
+    case PassKind::uv:
+      return take_first(slots.uv);
+    case PassKind::denoising_depth:
+      return take_first(slots.denoising_depth);
+    case PassKind::time:
+      return take(slots.time);
+    default:
+      return;
+  }
 }
 
 PassPlan::LightSlots PassPlan::slots_of(const std::vector<Pass>& passes) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/check.h"
 #include "engine/base/hash.h"
 #include "engine/path/surface.h"
 #include "engine/path/transmittance.h"
@@ -28,6 +29,40 @@ int caustic_receiver(const PathSignature& path) {
   return i == path.vertices - 1 ? -1 : i;
 }
 
+/// Whether the lobe's own samples are by the cosine at the shading normal.
+bool scatters_by_cosine(const Lobe& lobe, const ShadingPoint& point) {
+  switch (lobe.kind) {
+    case LobeKind::diffuse:
+    case LobeKind::oren_nayar:
+    case LobeKind::principled_diffuse:
+    case LobeKind::principled_retro:
+    case LobeKind::principled_sheen:
+      return lobe.n == point.ns_world && dot(lobe.n, point.wi_world) > 0.0f;
+    default:
+      return false;
+  }
+}
+
+/// @param parts of the evaluation of the pair, or null
+ClassShares class_shares(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world, const EvalParts* parts) {
+  return parts && parts->known ? parts->class_shares() : bsdf.class_shares(wi_world, wo_world, Transport::radiance);
+}
+
+/// Of all lobes, by their weights.
+Vec3 mean_normal(const Bsdf& bsdf, const ShadingPoint& point) {
+  Vec3 sum(0.0f);
+  int count = 0;
+  const Lobe* last = nullptr;
+  for (const Lobe& lobe : bsdf.lobes())
+    if (lobe.kind != LobeKind::transparent && lobe.kind != LobeKind::portal) {
+      sum += lobe.n * average(lobe.weight);
+      last = &lobe;
+      ++count;
+    }
+  const Vec3 n = count == 1 ? last->n : normalize(sum);
+  return length_squared(n) > 0.0f && is_finite(n) ? n : point.ns_world;
+}
+
 }  // namespace
 
 // --- The camera walk -----------------------------------------------------------------------------------------------
@@ -38,7 +73,6 @@ PassRecorder::PassRecorder(const PassPlan& plan, const Scene& scene)
       light_(plan.light_),
       data_(plan.data_),
       slots_(plan.slots_),
-      values_(static_cast<size_t>(plan.layout_.sample_floats), 0.0f),
       classes_(plan.classes_),
       events_wanted_(plan.events_) {}
 
@@ -48,19 +82,34 @@ PassRecorder::PassRecorder(const PassPlan& plan, const Scene& scene, OtherPictur
       light_(plan.other_light(picture)),
       data_(PassPlan::k_none),
       slots_(plan.other_slots_[static_cast<size_t>(picture)]),
-      values_(static_cast<size_t>(plan.layout_.sample_floats), 0.0f),
       mattes_(picture == OtherPicture::catcher_lit) {}
 
 float PassRecorder::random() {
+  if (!random_begun_) {
+    random_state_ = hash_combine(
+        hash_combine(hash_combine(plan_.settings_.seed, static_cast<uint32_t>(x_)), static_cast<uint32_t>(y_)),
+        sample_);
+    random_begun_ = true;
+  }
   random_state_ = hash_combine(random_state_, 1);
   return unit_float(random_state_);
 }
 
-void PassRecorder::begin(int x, int y, uint32_t sample) {
-  if (plan_.timed_ && !data_.empty()) start_ = std::chrono::steady_clock::now();
-  std::fill(values_.begin(), values_.end(), 0.0f);
-  random_state_ = hash_combine(
-      hash_combine(hash_combine(plan_.settings_.seed, static_cast<uint32_t>(x)), static_cast<uint32_t>(y)), sample);
+void PassRecorder::start_clock() {
+  if (plan_.data_slots_.time >= 0) start_ = std::chrono::steady_clock::now();
+}
+
+void PassRecorder::begin(int x, int y, uint32_t sample, std::span<float> floats) {
+  if (floats.empty()) {
+    own_.assign(static_cast<size_t>(plan_.layout_.sample_floats), 0.0f);
+    floats = own_;
+  }
+  DCHECK(floats.size() == static_cast<size_t>(plan_.layout_.sample_floats));
+  values_ = floats.data();
+  x_ = x;
+  y_ = y;
+  sample_ = sample;
+  random_begun_ = false;
   vertices_ = 0;
   events_ = {};
   saw_surface_ = on_matte_ = met_other_ = false;
@@ -128,63 +177,49 @@ void PassRecorder::evaluate(const SurfaceBinding& binding, const ShadingPoint& p
 void PassRecorder::visible(const SurfaceHit& hit, const SurfaceBinding& binding, const ShadingPoint& point,
                            const Bsdf& bsdf, const Color& throughput) {
   if (data_.empty()) return;
-  const float opacity = 1.0f - average(bsdf.transparency());
+  const PassPlan::DataSlots& slots = plan_.data_slots_;
   const float seen = average(throughput);
-  const float cover = seen * opacity;
-  if (plan_.albedo_) albedos_ = bsdf.class_albedos(point.wi_world);
-  for (const PassPlan::Pass& pass : plan_.seen_) seen_surface(pass, hit, binding, point, bsdf, throughput, cover);
+  const float cover = seen * (1.0f - average(bsdf.transparency()));
+  if (slots.albedos) add_colors(point, bsdf, throughput);
+  // What is seen of the mist's opposite; finish() turns it round.
+  if (slots.mist >= 0) values_[slots.mist] += (1.0f - mist(point)) * cover;
+  if (cover > 0.0f) {
+    if (slots.ambient_occlusion >= 0) occlusion(hit, point, bsdf, cover);
+    if (slots.ids) add_ids(binding, point, cover);
+  }
+  for (const PassPlan::Pass& pass : plan_.mattes_)
+    if (scene_.in_matte(point.object_index, pass.matte)) *at(pass) += cover;
   if (!plan_.aovs_.empty() && cover != 0.0f && binding.program->aov_count() > 0) add_aovs(*binding.program, cover);
   if (!plan_.received_.empty() && !shared_) sample_received(hit, point, bsdf, throughput);
   if (!saw_surface_ && opaque_enough(binding, bsdf)) {
-    if (!plan_.first_.empty()) first_surface(hit, point, bsdf, seen);
+    if (slots.first_surface) first_surface(hit, point, bsdf, seen);
     saw_surface_ = true;
   }
 }
 
-void PassRecorder::seen_surface(const PassPlan::Pass& pass, const SurfaceHit& hit, const SurfaceBinding& binding,
-                                const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput, float cover) {
-  const auto albedo = [&](LobeClass c) { return albedos_.of[static_cast<size_t>(c)]; };
-  switch (pass.kind) {
-    case PassKind::diffuse_color:
-      add_to(pass, throughput * albedo(LobeClass::diffuse));
-      break;
-    case PassKind::glossy_color:
-      add_to(pass, throughput * albedo(LobeClass::glossy));
-      break;
-    case PassKind::transmission_color:
-      add_to(pass, throughput * albedo(LobeClass::transmission));
-      break;
-    case PassKind::denoising_albedo:
-      add_to(pass, throughput * (bsdf.emission() + albedos_.of[0] + albedos_.of[1] + albedos_.of[2]));
-      break;
-    case PassKind::mist: {
-      // What is seen of the mist's opposite; finish() turns it round.
-      const Vec3 p = scene_.view().camera_from_world.point(point.p_world);
-      const float distance = scene_.view().perspective ? length(p) : std::fabs(p.z);
-      const float depth = plan_.settings_.mist_depth_m, exponent = plan_.settings_.mist_exponent;
-      float mist = std::clamp((distance - plan_.settings_.mist_start_m) / (depth > 0.0f ? depth : 1e-6f), 0.0f, 1.0f);
-      mist = exponent == 2.0f ? mist * mist : exponent == 1.0f ? mist : std::pow(mist, exponent);
-      *at(pass) += (1.0f - mist) * cover;
-      break;
-    }
-    case PassKind::ambient_occlusion:
-      if (cover > 0.0f) occlusion(hit, point, bsdf, cover);
-      break;
-    case PassKind::matte:
-      if (scene_.in_matte(point.object_index, pass.matte)) *at(pass) += cover;
-      break;
-    case PassKind::cryptomatte_object:
-      add_id(pass, scene_.ids(point.object_index).object, cover);
-      break;
-    case PassKind::cryptomatte_asset:
-      add_id(pass, scene_.ids(point.object_index).asset, cover);
-      break;
-    case PassKind::cryptomatte_material:
-      add_id(pass, binding.material_id, cover);
-      break;
-    default:
-      break;
+void PassRecorder::add_colors(const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput) {
+  const PassPlan::DataSlots& slots = plan_.data_slots_;
+  const ClassAlbedos albedos = bsdf.class_albedos(point.wi_world);
+  for (size_t c = 0; c < slots.colors.size(); ++c) add_if(slots.colors[c], throughput * albedos.of[c]);
+  add_if(slots.denoising_albedo, throughput * (bsdf.emission() + albedos.of[0] + albedos.of[1] + albedos.of[2]));
+}
+
+float PassRecorder::mist(const ShadingPoint& point) const {
+  const Vec3 p = scene_.view().camera_from_world.point(point.p_world);
+  const float distance = scene_.view().perspective ? length(p) : std::fabs(p.z);
+  const float depth = plan_.settings_.mist_depth_m, exponent = plan_.settings_.mist_exponent;
+  const float mist = std::clamp((distance - plan_.settings_.mist_start_m) / (depth > 0.0f ? depth : 1e-6f), 0.0f, 1.0f);
+  return exponent == 2.0f ? mist * mist : exponent == 1.0f ? mist : std::pow(mist, exponent);
+}
+
+void PassRecorder::add_ids(const SurfaceBinding& binding, const ShadingPoint& point, float cover) {
+  const PassPlan::DataSlots& slots = plan_.data_slots_;
+  if (slots.cryptomatte_object >= 0 || slots.cryptomatte_asset >= 0) {
+    const auto& ids = scene_.ids(point.object_index);
+    add_id(slots.cryptomatte_object, ids.object, cover);
+    add_id(slots.cryptomatte_asset, ids.asset, cover);
   }
+  add_id(slots.cryptomatte_material, binding.material_id, cover);
 }
 
 /// What evaluate() found at the surface.
@@ -208,84 +243,67 @@ void PassRecorder::add_aovs(const Program& program, float cover) {
 }
 
 void PassRecorder::first_surface(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, float seen) {
-  std::optional<Vec3> known_normal;
-  const auto mean_normal = [&] {
-    if (known_normal) return *known_normal;
-    Vec3 sum(0.0f);
-    int count = 0;
-    const Lobe* last = nullptr;
-    for (const Lobe& lobe : bsdf.lobes())
-      if (lobe.kind != LobeKind::transparent && lobe.kind != LobeKind::portal) {
-        sum += lobe.n * average(lobe.weight);
-        last = &lobe;
-        ++count;
-      }
-    const Vec3 n = count == 1 ? last->n : normalize(sum);
-    known_normal = length_squared(n) > 0.0f && is_finite(n) ? n : point.ns_world;
-    return *known_normal;
-  };
-  for (const PassPlan::Pass& pass : plan_.first_) {
-    float* to = at(pass);
-    const auto put = [&](const Vec3& v) {
-      to[0] = v.x;
-      to[1] = v.y;
-      to[2] = v.z;
-    };
-    switch (pass.kind) {
-      case PassKind::vector: {
-        // As in Cycles every sample that got here counts alike, whatever stands before.
-        const Vec4 motion = scene_.motion()->vector_px(hit, scene_.geometry().instance(hit.instance));
-        if (!std::isfinite(motion.x + motion.y + motion.z + motion.w)) break;
-        std::copy_n(&motion.x, 4, to);
-        break;
-      }
-      case PassKind::vector_weight:
-        *to = 1.0f;
-        break;
-      case PassKind::denoising_depth:
-        *to = length(point.p_world - scene_.camera().origin()) * seen;
-        break;
-      case PassKind::normal:
-        put(mean_normal() * seen);
-        break;
-      case PassKind::denoising_normal:
-        if (!bsdf.empty()) put(scene_.view().camera_from_world.vector(mean_normal()) * seen);
-        break;
-      case PassKind::uv: {
-        const int uv = hit.mesh->find_uv({});
-        if (uv < 0) break;
-        const Vec4 value = hit.mesh->attribute(uv, hit.primitive, hit.barycentric);
-        put(Vec3(value.x, value.y, 1.0f) * seen);
-        break;
-      }
-      default:
-        break;
+  const PassPlan::DataSlots& slots = plan_.data_slots_;
+  if (slots.vector >= 0) {
+    // As in Cycles every sample that got here counts alike, whatever stands before.
+    const Vec4 motion = scene_.motion()->vector_px(hit, scene_.geometry().instance(hit.instance));
+    if (std::isfinite(motion.x + motion.y + motion.z + motion.w)) std::copy_n(&motion.x, 4, values_ + slots.vector);
+  }
+  if (slots.vector_weight >= 0) values_[slots.vector_weight] = 1.0f;
+  if (slots.denoising_depth >= 0)
+    values_[slots.denoising_depth] = length(point.p_world - scene_.camera().origin()) * seen;
+  if (slots.normals) {
+    const Vec3 normal = mean_normal(bsdf, point) * seen;
+    add_if(slots.normal, normal);
+    if (slots.denoising_normal >= 0 && !bsdf.empty())
+      add_to(slots.denoising_normal, scene_.view().camera_from_world.vector(normal));
+  }
+  if (slots.uv >= 0) {
+    if (uv_of_ != hit.mesh) {
+      uv_of_ = hit.mesh;
+      uv_number_ = hit.mesh->find_uv({});
     }
+    if (uv_number_ < 0) return;
+    const Vec4 value = hit.mesh->attribute(uv_number_, hit.primitive, hit.barycentric);
+    add_to(slots.uv, Vec3(value.x, value.y, 1.0f) * seen);
   }
 }
 
-/// Whether a ray from the point, by the cosine, meets nothing within the distance that the world asks for.
+/// Of what a ray from the point, by the cosine, meets nothing within the distance that the world asks for.
 void PassRecorder::occlusion(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, float cover) {
-  // A matte surface's own scattering is by the cosine too.
-  if (shared_ && occlusion_ == Occlusion::done && scene_.profile().alike_for_shadows && bsdf.lobes().size() == 1 &&
-      bsdf.lobes()[0].kind == LobeKind::diffuse && bsdf.lobes()[0].n == point.ns_world) {
+  occlusion_cover_ = cover;
+  const auto shares_ray = [&](const Lobe& lobe) { return scatters_by_cosine(lobe, point); };
+  const std::span<const Lobe> lobes = bsdf.lobes();
+  if (shared_ && scene_.profile().alike_for_shadows && std::any_of(lobes.begin(), lobes.end(), shares_ray))
     occlusion_ = Occlusion::scattering;
-    occlusion_cover_ = cover;
-    occluded_ = hit;
-    return;
-  }
+  else
+    occlude(hit, point);
+}
+
+void PassRecorder::occlude(const SurfaceHit& hit, const ShadingPoint& point) {
   const Vec2 u(random(), random());
   const Vec3 direction = Frame::from_normal(point.ns_world).to_world(sample_cosine_hemisphere(u));
   if (!(dot(direction, point.ng_world) > 0.0f)) return;
   const Vec3 origin = offset_origin(hit.p_world, hit.p_error, hit.ng_world, direction);
-  add_occlusion(cover *
+  add_occlusion(occlusion_cover_ *
                 open({origin, 0.0f, direction, plan_.settings_.ambient_occlusion_distance_m, k_visible_shadow}));
 }
 
-void PassRecorder::add_occlusion(float amount) {
-  for (const PassPlan::Pass& pass : plan_.seen_)
-    if (pass.kind == PassKind::ambient_occlusion) add_to(pass, Color(amount));
+void PassRecorder::sampled(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, const BsdfSample& sample,
+                           int picked) {
+  if (occlusion_ != Occlusion::scattering) return;
+  occlusion_ = Occlusion::done;
+  // Which lobe is picked does not depend on where it scatters to.
+  if (picked < 0 || !scatters_by_cosine(bsdf.lobes()[static_cast<size_t>(picked)], point)) {
+    occlude(hit, point);
+  } else if (sample.event != k_scatter_none) {  // else below the surface
+    occlusion_ = Occlusion::next_ray;
+    occlusion_ray_ = ray_from_surface(hit.p_world, hit.p_error, hit.ng_world, sample.wo_world, k_visible_shadow);
+    occlusion_ray_.t_max = plan_.settings_.ambient_occlusion_distance_m;
+  }
 }
+
+void PassRecorder::add_occlusion(float amount) { add_to(plan_.data_slots_.ambient_occlusion, Color(amount)); }
 
 /// How much of the light along the ray gets there.
 float PassRecorder::open(const Ray& ray) const { return average(transmittance(ray)); }
@@ -356,27 +374,31 @@ void PassRecorder::received(const Color& shadowed, const Color& unshadowed) {
   }
 }
 
-void PassRecorder::scattered(uint32_t instance, const Bsdf& bsdf, const Vec3& wi_world, const BsdfSample& sample) {
+void PassRecorder::scattered(uint32_t instance, const Bsdf& bsdf, const Vec3& wi_world, const BsdfSample& sample,
+                             const EvalParts* parts) {
   if (mattes_) {
     if (vertices_ == 0) on_matte_ = scene_.instance(instance).matte;
     met_other_ = met_other_ || scene_.instance(instance).holdout;
   }
   const bool delta = sample.event & k_scatter_delta;
-  if (occlusion_ == Occlusion::scattering) {
-    occlusion_ = Occlusion::next_ray;
-    occlusion_ray_ =
-        ray_from_surface(occluded_.p_world, occluded_.p_error, occluded_.ng_world, sample.wo_world, k_visible_shadow);
-    occlusion_ray_.t_max = plan_.settings_.ambient_occlusion_distance_m;
-  }
   if (classes_ && vertices_ == 0)
     first_ =
         delta ? ClassShares::all_of(sample.event & k_scatter_transmission ? LobeClass::transmission : LobeClass::glossy)
-              : bsdf.class_shares(wi_world, sample.wo_world, Transport::radiance);
-  if (events_wanted_) events_.append(delta ? sample.event : event_at(bsdf, wi_world, sample.wo_world));
+              : class_shares(bsdf, wi_world, sample.wo_world, parts);
+  if (events_wanted_) events_.append(delta ? sample.event : event_at(bsdf, wi_world, sample.wo_world, parts));
   ++vertices_;
 }
 
-uint8_t PassRecorder::event_at(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world) {
+uint8_t PassRecorder::event_at(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world, const EvalParts* parts) {
+  if (parts && parts->known) {
+    const EventShares& pdf = parts->pdf;
+    const float total = pdf.diffuse + pdf.glossy + pdf.transmission;
+    if (total > 0.0f && std::isfinite(total)) {
+      if (pdf.diffuse == total) return k_scatter_diffuse;
+      if (pdf.glossy == total) return k_scatter_glossy;
+      return event_by_share(pdf, random() * total);
+    }
+  }
   if (const std::optional<uint8_t> only = bsdf.only_event(wi_world, wo_world)) return *only;
   return event_by_share(bsdf, wi_world, wo_world, random());
 }
@@ -388,7 +410,9 @@ void PassRecorder::met(const Color& value, LightSource source, uint16_t group) {
 }
 
 void PassRecorder::see_through(const Vec3& direction_world, const Color& throughput, const PathCounts& counts) {
-  if (slots_.environment < 0 && slots_.groups.empty() && slots_.by_rule.empty() && plan_.albedos_.empty()) return;
+  if (slots_.environment < 0 && slots_.groups.empty() && slots_.by_rule.empty() &&
+      plan_.data_slots_.denoising_albedo < 0)
+    return;
   scene_.lights().for_each_infinite(direction_world, counts.ray_kind, [&](const LightHit& hit) {
     const Color value = throughput * scene_.light_radiance(hit, counts);
     const Color exposed = value * plan_.settings_.exposure;
@@ -405,8 +429,7 @@ void PassRecorder::see_through(const Vec3& direction_world, const Color& through
 }
 
 void PassRecorder::add_background_albedo(const Color& value) {
-  if (data_.empty()) return;
-  for (const int albedo : plan_.albedos_) add_to(albedo, value);
+  if (!data_.empty()) add_if(plan_.data_slots_.denoising_albedo, value);
 }
 
 bool PassRecorder::meets_other(const LightWalk& walk, int depth) const {
@@ -417,7 +440,7 @@ bool PassRecorder::meets_other(const LightWalk& walk, int depth) const {
 
 void PassRecorder::joined(const Color& value, uint32_t instance, const Bsdf& bsdf, const Vec3& wi_world,
                           const Vec3& wo_world, Technique technique, const EventSequence& light_side,
-                          LightSource source, uint16_t group, const LightWalk* walk) {
+                          LightSource source, uint16_t group, const LightWalk* walk, const EvalParts* parts) {
   if (light_.empty()) return;
   PathSignature path{vertices_ + 1 + light_side.count, &first_, {}, source, group, technique};
   if (mattes_) {
@@ -427,13 +450,13 @@ void PassRecorder::joined(const Color& value, uint32_t instance, const Bsdf& bsd
   }
   ClassShares here;
   if (classes_ && vertices_ == 0) {
-    here = bsdf.class_shares(wi_world, wo_world, Transport::radiance);
+    here = class_shares(bsdf, wi_world, wo_world, parts);
     path.first = &here;
   }
   // Paths of one event make no caustics.
   if (events_wanted_ && (plan_.expressions_ || path.vertices > 1)) {
     path.events = events_;
-    path.events.append(event_at(bsdf, wi_world, wo_world));
+    path.events.append(event_at(bsdf, wi_world, wo_world, parts));
     path.events.append_packed(light_side.bits, light_side.count);
   }
   add(value, path);
@@ -444,27 +467,31 @@ void PassRecorder::add_other(OtherPicture picture, const Color& radiance, float 
   if (picture == OtherPicture::catcher_lit) cover_ = cover;
   if (!parts) return;
   for (const PassPlan::Pass& pass : parts->light_) {
-    const float* from = parts->values_.data() + pass.sample;
+    const float* from = parts->values_ + pass.sample;
     add_to(pass, {from[0], from[1], from[2]});
   }
 }
 
-std::span<const float> PassRecorder::finish(const Vec4& picture, const Color& behind) {
+void PassRecorder::finish(const Vec4& picture, const Color& behind) {
   const float all[4] = {picture.x, picture.y, picture.z, picture.w};
-  std::copy_n(all, 4, values_.begin());
+  std::copy_n(all, 4, values_);
   if (occlusion_ == Occlusion::next_ray) add_occlusion(occlusion_cover_ * open(occlusion_ray_));
   for (const PassPlan::Pass& pass : plan_.pictures_) std::copy_n(all, pass.kind == PassKind::noisy ? 4 : 3, at(pass));
   for (const PassPlan::Pass& pass : plan_.late_) {
-    if (pass.kind == PassKind::mist) *at(pass) = 1.0f - *at(pass);
     if (pass.kind == PassKind::without_shadow) add_to(pass, other(OtherPicture::without_shadows));
     if (pass.kind == PassKind::catcher_lit) add_to(pass, other(OtherPicture::catcher_lit));
     if (pass.kind == PassKind::catcher_bare) add_to(pass, other(OtherPicture::catcher_bare));
     if (pass.kind == PassKind::catcher_cover) *at(pass) = cover_;
     if (pass.kind == PassKind::catcher_behind) add_to(pass, behind);
-    if (pass.kind == PassKind::time)
-      *at(pass) = std::chrono::duration<float, std::micro>(std::chrono::steady_clock::now() - start_).count();
   }
-  return values_;
+  const PassPlan::DataSlots& slots = plan_.data_slots_;
+  if (slots.mist >= 0) values_[slots.mist] = 1.0f - values_[slots.mist];
+  if (slots.time >= 0) {
+    const std::chrono::steady_clock::time_point before = start_;
+    start_clock();
+    values_[slots.time] = std::chrono::duration<float, std::micro>(start_ - before).count();
+  }
+  for (const PassPlan::Copy& copy : plan_.copies_) std::copy_n(values_ + copy.from, copy.floats, values_ + copy.to);
 }
 
 // --- Where values go -----------------------------------------------------------------------------------------------
@@ -538,9 +565,10 @@ void PassRecorder::add(const Color& radiance, const PathSignature& path) {
   }
 }
 
-void PassRecorder::add_id(const PassPlan::Pass& pass, float id, float weight) {
-  if (!(weight > 0.0f)) return;
-  float* slot = at(pass);
+/// @param sample_float -1: nowhere
+void PassRecorder::add_id(int sample_float, float id, float weight) {
+  if (sample_float < 0 || !(weight > 0.0f)) return;
+  float* slot = values_ + sample_float;
   for (int i = 0; i < k_ids_a_sample; ++i, slot += 2) {
     if (slot[1] > 0.0f && slot[0] != id && i + 1 < k_ids_a_sample) continue;
     if (!(slot[1] > 0.0f)) slot[0] = id;

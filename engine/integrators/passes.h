@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -158,6 +159,20 @@ class PassPlan {
   };
   static LightSlots slots_of(const std::vector<Pass>& passes);
 
+  /// The same for what the camera sees. A kind that is asked for twice is copied when the sample is done.
+  struct DataSlots {
+    std::array<int, k_lobe_classes> colors{-1, -1, -1};
+    int denoising_albedo = -1, mist = -1, ambient_occlusion = -1;
+    int cryptomatte_object = -1, cryptomatte_material = -1, cryptomatte_asset = -1;
+    int vector = -1, vector_weight = -1, normal = -1, uv = -1, denoising_normal = -1, denoising_depth = -1;
+    int time = -1;
+    bool albedos = false, ids = false, normals = false, first_surface = false;  ///< some of these
+  };
+  struct Copy {
+    int from, to, floats;
+  };
+  void take_data_slot(const Pass& pass);
+
   void add(const PassRequest& request, PassKind kind, FilmChannel channel, const Scene& scene, Report& report);
   void divide(const Pass& pass);
   void compare_with_unshadowed();
@@ -173,23 +188,21 @@ class PassPlan {
   inline static const std::vector<Pass> k_none;
   PassSettings settings_;
   std::vector<FilmChannel> channels_{{.name = "combined", .splats = true}};
-  std::vector<Pass> light_;            ///< sums what paths bring
-  std::vector<Pass> data_;             ///< shows what the camera sees, or how it was sampled
-  std::vector<Pass> pictures_, late_;  ///< those of them that are known when the sample is done
-  std::vector<Pass> seen_, first_;     ///< those of data_ that surfaces which the camera sees have, or the first one
-  std::vector<Pass> looked_at_;        ///< those of rule first
-  std::vector<Pass> received_, aovs_;  ///< those of data_ of these kinds
-  std::vector<int> albedos_;           ///< floats of denoising_albedo, which the world has too
+  std::vector<Pass> light_;                     ///< sums what paths bring
+  std::vector<Pass> data_;                      ///< shows what the camera sees, or how it was sampled
+  std::vector<Pass> pictures_, late_;           ///< those of them that are known when the sample is done
+  std::vector<Pass> looked_at_;                 ///< those of rule first
+  std::vector<Pass> received_, aovs_, mattes_;  ///< those of data_ of these kinds
   LightSlots slots_;
+  DataSlots data_slots_;
+  std::vector<Copy> copies_;
   std::array<LightSlots, k_other_pictures> other_slots_;
   std::array<std::vector<Pass>, k_other_pictures> other_light_;  ///< as light_, of what paths bring in another picture
   FilmLayout layout_;
   std::array<int, k_other_pictures> other_channels_{-1, -1, -1};
   bool events_ = false;
   bool classes_ = false;      ///< some pass asks which class of lobes scattered at x_1
-  bool albedo_ = false;       ///< some pass asks for albedos
   bool expressions_ = false;  ///< some pass asks for all events
-  bool timed_ = false;
 };
 
 /// What light came through, for the passes of light.
@@ -216,12 +229,17 @@ class PassRecorder {
   PassRecorder(const PassPlan& plan, const Scene& scene, OtherPicture picture);
 
   /// The kernel will tell received() of all lights that it samples at a surface that the camera sees, of the even world
-  /// that its next ray meets, and next_ray().
+  /// that its next ray meets, sampled() and next_ray().
   void share() { shared_ = true; }
   bool wants_received() const { return !plan_.received_.empty(); }
 
+  /// A sample's time is that since the one before it, or since this.
+  void start_clock();
+
   // --- The camera walk, in this order -------------------------------------------------------------------------------
-  void begin(int x, int y, uint32_t sample);
+  /// @param floats where the sample goes: FilmLayout::sample_floats zeros, to live until finish(). None: the recorder
+  /// has floats of its own
+  void begin(int x, int y, uint32_t sample, std::span<float> floats = {});
   /// Runs the program at a surface that the camera sees, for the passes too.
   void evaluate(const SurfaceBinding& binding, const ShadingPoint& point, Bsdf& bsdf);
   /// A surface that the camera sees: directly or through transparent ones, whose transmittance is `throughput`.
@@ -230,11 +248,15 @@ class PassRecorder {
   /// Light that a sampled light sends to the surface just seen and on to the camera, with what stands before the light
   /// and without; throughput included.
   void received(const Color& shadowed, const Color& unshadowed);
+  /// How the surface just seen sent the walk on, or would have: by lobe number `picked` of its.
+  void sampled(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, const BsdfSample& sample,
+               int picked);
   /// The walk's next ray: what it met (null: nothing) at distance t. Asked for by waits_for_ray().
   void next_ray(float t, const Program* met);
   bool waits_for_ray() const { return occlusion_ == Occlusion::next_ray; }
-  /// The walk scattered at its next vertex, on `instance`.
-  void scattered(uint32_t instance, const Bsdf& bsdf, const Vec3& wi_world, const BsdfSample& sample);
+  /// The walk scattered at its next vertex, on `instance`. @param parts of the evaluation in that direction, or null
+  void scattered(uint32_t instance, const Bsdf& bsdf, const Vec3& wi_world, const BsdfSample& sample,
+                 const EvalParts* parts = nullptr);
   /// Light that the walk met.
   void met(const Color& value, LightSource source, uint16_t group);
   /// The camera sees the world along `direction` through a transparent film: no part of the picture, but of what shows
@@ -242,16 +264,16 @@ class PassRecorder {
   void see_through(const Vec3& direction_world, const Color& throughput, const PathCounts& counts);
   /// Light that was joined to the walk at its newest vertex, seen from `wi_world`, along `wo_world`; `light_side` are
   /// the events at x_(m+1) ... x_n (what connections join last is the first of them). @param walk whose they are; null
-  /// where light_side is empty or of a photon
+  /// where light_side is empty or of a photon @param parts of the evaluation in that direction, or null
   void joined(const Color& value, uint32_t instance, const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world,
               Technique technique, const EventSequence& light_side, LightSource source, uint16_t group,
-              const LightWalk* walk = nullptr);
+              const LightWalk* walk = nullptr, const EvalParts* parts = nullptr);
   /// What the sample is in another picture, exposure included. @param cover of catcher_lit: share of the sample that
   /// the catchers take @param parts the recorder of that picture's sample, or null
   void add_other(OtherPicture picture, const Color& radiance, float cover, const PassRecorder* parts);
-  /// The sample's floats, for TileWriter::add. `picture` is the film's first channel, `behind` what of the world it
-  /// would have where shadow catchers are, exposure included.
-  std::span<const float> finish(const Vec4& picture, const Color& behind);
+  /// Completes the sample's floats. `picture` is the film's first channel, `behind` what of the world it would have
+  /// where shadow catchers are, exposure included.
+  void finish(const Vec4& picture, const Color& behind);
 
   // --- Light walks --------------------------------------------------------------------------------------------------
   /// What a light walk's vertex sends to the lens: calls splat(plane, color) for each pass of light that takes some.
@@ -269,7 +291,7 @@ class PassRecorder {
   bool meets_other(const LightWalk& walk, int depth) const;
   bool wants_mattes() const { return mattes_; }
   /// An event for a pair of directions, chosen by what each kind of lobe has of the light.
-  uint8_t event_at(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world);
+  uint8_t event_at(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world, const EvalParts* parts = nullptr);
 
  private:
   /// Uniform in [0, 1).
@@ -278,7 +300,7 @@ class PassRecorder {
   void add(const Color& value, const PathSignature& path);
   void add_to(const PassPlan::Pass& pass, const Color& value) { add_to(pass.sample, value); }
   void add_to(int sample_float, const Color& value) {
-    float* to = values_.data() + sample_float;
+    float* to = values_ + sample_float;
     to[0] += value.x;
     to[1] += value.y;
     to[2] += value.z;
@@ -288,15 +310,17 @@ class PassRecorder {
     if (sample_float >= 0) add_to(sample_float, value);
   }
   void add_background_albedo(const Color& value);
-  void add_id(const PassPlan::Pass& pass, float id, float weight);
-  void seen_surface(const PassPlan::Pass& pass, const SurfaceHit& hit, const SurfaceBinding& binding,
-                    const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput, float cover);
+  void add_id(int sample_float, float id, float weight);
+  void add_colors(const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput);
+  float mist(const ShadingPoint& point) const;
+  void add_ids(const SurfaceBinding& binding, const ShadingPoint& point, float cover);
   void first_surface(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, float seen);
   void add_aovs(const Program& program, float cover);
   void look(int x, int y);
   void look_at(const PassPlan::Pass& pass, const ShadingPoint& point);
   bool opaque_enough(const SurfaceBinding& binding, const Bsdf& bsdf) const;
   void occlusion(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, float cover);
+  void occlude(const SurfaceHit& hit, const ShadingPoint& point);
   void add_occlusion(float amount);
   float open(const Ray& ray) const;
   void receive_world(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput);
@@ -304,16 +328,20 @@ class PassRecorder {
   /// @param blockers LinkSets' of the light at its end
   Color transmittance(const Ray& ray, uint8_t blockers = 0) const;
   const Color& other(OtherPicture picture) const { return others_[static_cast<size_t>(picture)]; }
-  float* at(const PassPlan::Pass& pass) { return values_.data() + pass.sample; }
+  float* at(const PassPlan::Pass& pass) { return values_ + pass.sample; }
 
   const PassPlan& plan_;
   const Scene& scene_;
   const std::vector<PassPlan::Pass>&light_, &data_;  ///< those that this records
   const PassPlan::LightSlots& slots_;
-  std::vector<float> values_;
+  std::vector<float> own_;
+  float* values_ = nullptr;
   const bool classes_ = false, events_wanted_ = false;  ///< as PassPlan's
   const bool mattes_ = false;                           ///< follows what is brought to mattes
   bool shared_ = false;
+  int x_ = 0, y_ = 0;
+  uint32_t sample_ = 0;
+  bool random_begun_ = false;
   uint32_t random_state_ = 0;
   std::chrono::steady_clock::time_point start_;
   std::array<Color, k_other_pictures> others_{Color(0.0f), Color(0.0f), Color(0.0f)};
@@ -324,13 +352,13 @@ class PassRecorder {
   EventSequence events_;
   bool on_matte_ = false, met_other_ = false;  ///< x_1 is on a matte; an object that is none has scattered the walk
   bool saw_surface_ = false;                   ///< one that is opaque enough for normals, UVs...
-  ClassAlbedos albedos_;                       ///< of the surface that is seen
   std::vector<AovValue> aov_values_;
-  const Program* aovs_of_ = nullptr;  ///< what aov_numbers_ are of
-  std::vector<int> aov_numbers_;      ///< by PassPlan::aovs_
+  const Program* aovs_of_ = nullptr;     ///< what aov_numbers_ are of
+  std::vector<int> aov_numbers_;         ///< by PassPlan::aovs_
+  const TriangleMesh* uv_of_ = nullptr;  ///< what uv_number_ is of
+  int uv_number_ = -1;
   /// Ambient occlusion by the walk's own next ray: where it is lost, the same ray is traced.
   enum class Occlusion : uint8_t { done, scattering, next_ray } occlusion_ = Occlusion::done;
-  SurfaceHit occluded_;  ///< where
   Ray occlusion_ray_;
   float occlusion_cover_ = 0.0f;
 };

@@ -29,12 +29,15 @@ inline Vec3 light_receiver_normal(const Bsdf& bsdf, const Vec3& ng_world) {
 /// The kind of event that a pair of directions counts as where several kinds of lobe meet: one of them, chosen by u in
 /// [0, 1) and what each has of the density. What sampled the direction does not matter: sampling picks one lobe and
 /// evaluates all.
-inline uint8_t event_by_share(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world, float u) {
-  const EventShares shares = bsdf.event_shares(wi_world, wo_world);
+inline uint8_t event_by_share(const EventShares& shares, float u) {
   if ((u -= shares.diffuse) < 0.0f) return k_scatter_diffuse;
   if ((u -= shares.diffuse_transmission) < 0.0f) return k_scatter_diffuse | k_scatter_transmission;
   if ((u -= shares.glossy) < 0.0f) return k_scatter_glossy;
   return shares.transmission > 0.0f ? k_scatter_glossy | k_scatter_transmission : k_scatter_glossy;
+}
+
+inline uint8_t event_by_share(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world, float u) {
+  return event_by_share(bsdf.event_shares(wi_world, wo_world), u);
 }
 
 /// What part of the light along a pair of directions rays see that `hidden_from` (LightTraits) hides a light from: rays

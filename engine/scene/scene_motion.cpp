@@ -33,7 +33,13 @@ Vec3 SceneMotion::place(const Step& step, const SurfaceHit& hit, const Instance&
                                           : object.world_from_object[instance.index_in_object].point(p_object);
 }
 
+bool SceneMotion::moves(const Step& step, const Instance& instance) {
+  const Object& object = step.objects[instance.object];
+  return step.camera_moves || !object.world_from_object.empty() || !object.positions.empty();
+}
+
 Vec4 SceneMotion::vector_px(const SurfaceHit& hit, const Instance& instance) const {
+  if (!moves(steps_[0], instance) && !moves(steps_[1], instance)) return Vec4(0.0f);
   const Vec2 now = camera_.raster_of(hit.p_world);
   const Vec2 before = steps_[0].camera.raster_of(place(steps_[0], hit, instance)) - now;
   const Vec2 after = now - steps_[1].camera.raster_of(place(steps_[1], hit, instance));
@@ -64,12 +70,14 @@ void SceneBuilder::State::add_motion(Build& build) {
   const description::Settings& settings = *build.description.settings;
   const description::Camera& camera = *build.description.cameras.at(settings.camera);
   const size_t count = build.mesh_objects.size();
-  SceneMotion::Step steps[2] = {{scene.camera_, {}}, {scene.camera_, {}}};
+  SceneMotion::Step steps[2] = {{scene.camera_, {}, false}, {scene.camera_, {}, false}};
   std::vector<SharedSpan<float>> positions_now(count);
   for (int i = 0; i < 2; ++i) {
-    if (camera.motion)
-      steps[i].camera =
-          camera_of_step(camera, i == 0 ? camera.motion->previous : camera.motion->next, settings, scene, build.report);
+    if (camera.motion) {
+      const description::CameraStep& given = i == 0 ? camera.motion->previous : camera.motion->next;
+      steps[i].camera_moves = given.transform != camera.transform || given.focal_length_mm != camera.focal_length_mm;
+      if (steps[i].camera_moves) steps[i].camera = camera_of_step(camera, given, settings, scene, build.report);
+    }
     steps[i].objects.resize(count);
   }
   for (size_t n = 0; n < count; ++n) {

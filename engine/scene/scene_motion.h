@@ -22,6 +22,7 @@ class SceneMotion {
   struct Step {
     Camera camera;
     std::vector<Object> objects;
+    bool camera_moves = false;
   };
 
   /// @param positions_now by geometry object: float[V][3] as the user gave them; empty where no step has positions
@@ -33,6 +34,7 @@ class SceneMotion {
   Vec4 vector_px(const SurfaceHit& hit, const Instance& instance) const;
 
  private:
+  static bool moves(const Step& step, const Instance& instance);
   Vec3 place(const Step& step, const SurfaceHit& hit, const Instance& instance) const;
 
   Camera camera_;

@@ -107,6 +107,11 @@ Term eval_term(const Lobe& lobe, BumpShadowing rule, const Vec3& ng, const Vec3&
   return term;
 }
 
+void add_event(EventShares& shares, LobeKind kind, bool transmitted, float pdf) {
+  (transmitted ? shares.transmission : is_diffuse(kind) ? shares.diffuse : shares.glossy) += pdf;
+  if (transmitted && is_diffuse(kind)) shares.diffuse_transmission += pdf;
+}
+
 }  // namespace
 
 Bsdf& Bsdf::operator=(const Bsdf& other) {
@@ -289,9 +294,12 @@ void Bsdf::fill_shares(const Vec3& wi_world) const {
   for (int i = 0; i < count_; ++i) total += share[i] = share[i] > 0.0f ? std::max(share[i], least) : 0.0f;
 }
 
-BsdfEval Bsdf::eval(const Vec3& wi_world, const Vec3& wo_world, Transport transport, ReversePdf reverse_pdf) const {
+template <bool wants_parts>
+BsdfEval Bsdf::eval_lobes(const Vec3& wi_world, const Vec3& wo_world, Transport transport, ReversePdf reverse_pdf,
+                          EvalParts* parts) const {
   BsdfEval result;
   if (!has_non_delta_) return result;
+  if constexpr (wants_parts) parts->known = true;
   const bool reverse = reverse_pdf == ReversePdf::yes;
   const Shares& selected = shares(wi_world);
   float selected_reverse = 0.0f;
@@ -303,6 +311,11 @@ BsdfEval Bsdf::eval(const Vec3& wi_world, const Vec3& wo_world, Transport transp
     const Term term = eval_term(lobe, bump_shadowing_, ng_world_, ns_world_, wi_world, wo_world, transport, reverse);
     result.f_cos += term.f_cos;
     result.pdf_solid_angle += selected.of[i] * term.pdf;
+    if constexpr (wants_parts) {
+      const bool transmitted = dot(lobe.n, wi_world) * dot(lobe.n, wo_world) < 0.0f;
+      parts->f_cos[static_cast<size_t>(class_of(lobe.kind, transmitted))] += term.f_cos;
+      add_event(parts->pdf, lobe.kind, transmitted, selected.of[i] * term.pdf);
+    }
     result.pdf_reverse_solid_angle += share_reverse * term.pdf_reverse;
   }
   if (transport == Transport::importance) result.f_cos *= adjoint(ng_world_, wi_world, wo_world, transport);
@@ -312,8 +325,28 @@ BsdfEval Bsdf::eval(const Vec3& wi_world, const Vec3& wo_world, Transport transp
   return result;
 }
 
-BsdfSample Bsdf::sample(const Vec3& wi_world, float u_choice, const Vec2& u_all, Transport transport,
+BsdfEval Bsdf::eval(const Vec3& wi_world, const Vec3& wo_world, Transport transport, ReversePdf reverse_pdf) const {
+  return eval_lobes<false>(wi_world, wo_world, transport, reverse_pdf, nullptr);
+}
+
+BsdfEval Bsdf::eval(const Vec3& wi_world, const Vec3& wo_world, Transport transport, ReversePdf reverse_pdf,
+                    EvalParts& parts) const {
+  return eval_lobes<true>(wi_world, wo_world, transport, reverse_pdf, &parts);
+}
+
+BsdfSample Bsdf::sample(const Vec3& wi_world, float u_choice, const Vec2& u, Transport transport,
                         ReversePdf reverse_pdf) const {
+  return sample_lobes<false>(wi_world, u_choice, u, transport, reverse_pdf, nullptr);
+}
+
+BsdfSample Bsdf::sample(const Vec3& wi_world, float u_choice, const Vec2& u, Transport transport,
+                        ReversePdf reverse_pdf, EvalParts& parts) const {
+  return sample_lobes<true>(wi_world, u_choice, u, transport, reverse_pdf, &parts);
+}
+
+template <bool wants_parts>
+BsdfSample Bsdf::sample_lobes(const Vec3& wi_world, float u_choice, const Vec2& u_all, Transport transport,
+                              ReversePdf reverse_pdf, EvalParts* parts) const {
   BsdfSample result;
   if (count_ == 0) return result;
   const Shares& selected = shares(wi_world);
@@ -334,6 +367,7 @@ BsdfSample Bsdf::sample(const Vec3& wi_world, float u_choice, const Vec2& u_all,
     u.x = u_first.rest();
   }
   const float prob = share[picked] / total;
+  if constexpr (wants_parts) parts->picked = picked;
 
   const Lobe& lobe = lobes_[picked];
   const bool camera_is_wi = transport == Transport::radiance;
@@ -399,7 +433,7 @@ BsdfSample Bsdf::sample(const Vec3& wi_world, float u_choice, const Vec2& u_all,
     if (!is_finite(result.weight)) return BsdfSample{};
     return result;
   }
-  const BsdfEval eval_all = eval(wi_world, wo, transport, reverse_pdf);
+  const BsdfEval eval_all = eval_lobes<wants_parts>(wi_world, wo, transport, reverse_pdf, parts);
   if (!(eval_all.pdf_solid_angle > 0.0f) || !std::isfinite(eval_all.pdf_solid_angle)) return BsdfSample{};
   result.weight = eval_all.f_cos * (1.0f / eval_all.pdf_solid_angle);
   result.pdf_solid_angle = eval_all.pdf_solid_angle;
@@ -473,9 +507,7 @@ EventShares Bsdf::event_shares(const Vec3& wi_world, const Vec3& wo_world) const
     const float pdf = selected.of[i] * eval_term(lobe, bump_shadowing_, ng_world_, ns_world_, wi_world, wo_world,
                                                  Transport::radiance, /*reverse=*/false)
                                            .pdf;
-    const bool transmitted = dot(lobe.n, wi_world) * dot(lobe.n, wo_world) < 0.0f;
-    (transmitted ? result.transmission : is_diffuse(lobe.kind) ? result.diffuse : result.glossy) += pdf;
-    if (transmitted && is_diffuse(lobe.kind)) result.diffuse_transmission += pdf;
+    add_event(result, lobe.kind, dot(lobe.n, wi_world) * dot(lobe.n, wo_world) < 0.0f, pdf);
     total += pdf;
   }
   if (!(total > 0.0f) || !std::isfinite(total)) return {};
@@ -486,25 +518,22 @@ EventShares Bsdf::event_shares(const Vec3& wi_world, const Vec3& wo_world) const
   return result;
 }
 
-ClassShares Bsdf::class_shares(const Vec3& wi_world, const Vec3& wo_world, Transport transport) const {
-  if (const std::optional<LobeClass> only = only_class(wi_world, wo_world)) return ClassShares::all_of(*only);
+ClassShares EvalParts::class_shares() const {
   ClassShares result;
-  Color total(0.0f);
-  for (int i = 0; i < count_; ++i) {
-    const Lobe& lobe = lobes_[i];
-    if (is_delta(lobe)) continue;
-    const Color f =
-        eval_term(lobe, bump_shadowing_, ng_world_, ns_world_, wi_world, wo_world, transport, /*reverse=*/false).f_cos;
-    const bool transmitted = dot(lobe.n, wi_world) * dot(lobe.n, wo_world) < 0.0f;
-    result.of[static_cast<int>(class_of(lobe.kind, transmitted))] += f;
-    total += f;
-  }
+  const Color total = f_cos[0] + f_cos[1] + f_cos[2];
   for (int k = 0; k < 3; ++k) {
     const bool any = total[k] > 0.0f && std::isfinite(total[k]);
-    for (int c = 0; c < k_lobe_classes; ++c)
-      result.of[c][k] = any ? result.of[c][k] / total[k] : c == static_cast<int>(LobeClass::glossy) ? 1.0f : 0.0f;
+    for (size_t c = 0; c < f_cos.size(); ++c)
+      result.of[c][k] = any ? f_cos[c][k] / total[k] : c == static_cast<size_t>(LobeClass::glossy) ? 1.0f : 0.0f;
   }
   return result;
+}
+
+ClassShares Bsdf::class_shares(const Vec3& wi_world, const Vec3& wo_world, Transport transport) const {
+  if (const std::optional<LobeClass> only = only_class(wi_world, wo_world)) return ClassShares::all_of(*only);
+  EvalParts parts;
+  eval(wi_world, wo_world, transport, ReversePdf::no, parts);
+  return parts.class_shares();
 }
 
 ClassAlbedos Bsdf::class_albedos(const Vec3& wi_world) const {

@@ -14,6 +14,18 @@ namespace lambent {
 /// Whether pdf_reverse_solid_angle is wanted: a path tracer's loop says no and saves its cost (the value is then 0).
 enum class ReversePdf : uint8_t { no, yes };
 
+/// What evaluating all lobes for a pair of directions tells besides: what each class of lobes has of f_cos, and each
+/// kind of event of pdf_solid_angle (not normalised). For passes.
+struct EvalParts {
+  std::array<Color, k_lobe_classes> f_cos{Color(0.0f), Color(0.0f), Color(0.0f)};
+  EventShares pdf;
+  bool known = false;  ///< false: nothing had to be evaluated
+  int picked = -1;     ///< sample(): number of the lobe chosen, also where the sample fails; -1: none
+
+  /// As Bsdf::class_shares(). Requires known.
+  ClassShares class_shares() const;
+};
+
 /// Filled by Program::evaluate on the stack; no virtual calls, no allocation. Reusable after begin().
 class Bsdf {
  public:
@@ -63,11 +75,17 @@ class Bsdf {
   /// All non-delta lobes for one pair of unit world directions; zero for pairs that no lobe connects.
   BsdfEval eval(const Vec3& wi_world, const Vec3& wo_world, Transport transport,
                 ReversePdf reverse = ReversePdf::yes) const;
+  /// ... and its parts.
+  BsdfEval eval(const Vec3& wi_world, const Vec3& wo_world, Transport transport, ReversePdf reverse,
+                EvalParts& parts) const;
   /// Picks a lobe by its share of the albedo and samples it; the weight covers all lobes that share wo.
   /// @param u_choice in [0, 1): what the lobe chooses by itself (glass, between its sides)  @param u in [0, 1)²: which
   /// lobe and where to. Fails (event k_scatter_none) if there are no lobes or the sample is absorbed.
   BsdfSample sample(const Vec3& wi_world, float u_choice, const Vec2& u, Transport transport,
                     ReversePdf reverse = ReversePdf::yes) const;
+  /// ... and the parts of what it evaluated.
+  BsdfSample sample(const Vec3& wi_world, float u_choice, const Vec2& u, Transport transport, ReversePdf reverse,
+                    EvalParts& parts) const;
 
   /// Value and probabilities of delta lobe number `lobe` (of BsdfSample::lobe, perhaps of the same surface seen from
   /// another direction) for the pair of directions that it connects: f·cos of both ends' delta as sample() weighs it
@@ -102,6 +120,12 @@ class Bsdf {
   std::span<const Lobe> lobes() const { return {lobes_, static_cast<size_t>(count_)}; }
 
  private:
+  template <bool wants_parts>
+  BsdfEval eval_lobes(const Vec3& wi_world, const Vec3& wo_world, Transport transport, ReversePdf reverse,
+                      EvalParts* parts) const;
+  template <bool wants_parts>
+  BsdfSample sample_lobes(const Vec3& wi_world, float u_choice, const Vec2& u, Transport transport, ReversePdf reverse,
+                          EvalParts* parts) const;
   template <typename KindOf>
   auto only(const Vec3& wi_world, const Vec3& wo_world, KindOf&& kind_of) const;
   /// What each lobe gets of the samples seen from wi, not normalised. A walk asks for one wi several times: that of the

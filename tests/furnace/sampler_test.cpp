@@ -206,6 +206,46 @@ TEST(Sampler, microfacet_normals_follow_their_density_at_small_alpha) {
       }
 }
 
+TEST(Sampler, parts_of_an_evaluation_are_what_each_lobe_has_of_it) {
+  const std::vector<Lobe> lobes = mixture();
+  RandomStream random(21);
+  for (const float angle : k_angles) {
+    const Vec3 wi = direction(angle, 0.4f);
+    const Bsdf bsdf = plane_bsdf(lobes, wi);
+    for (int i = 0; i < 200; ++i) {
+      const Vec3 wo = uniform_direction(random.next_2d());
+      EvalParts parts;
+      const BsdfEval whole = bsdf.eval(wi, wo, Transport::radiance, ReversePdf::no, parts);
+      EXPECT_EQ(whole.f_cos, bsdf.eval(wi, wo, Transport::radiance, ReversePdf::no).f_cos);
+      Color of_class[k_lobe_classes] = {Color(0.0f), Color(0.0f), Color(0.0f)};
+      for (const Lobe& lobe : lobes) {
+        const Color alone = plane_bsdf({lobe}, wi).eval(wi, wo, Transport::radiance).f_cos;
+        of_class[static_cast<size_t>(class_of(lobe.kind, lobe.n.z * wi.z * wo.z < 0.0f))] += alone;
+      }
+      const ClassShares shares = bsdf.class_shares(wi, wo, Transport::radiance);
+      for (size_t c = 0; c < k_lobe_classes; ++c)
+        for (int k = 0; k < 3; ++k) {
+          EXPECT_NEAR(parts.f_cos[c][k], of_class[c][k], 1e-5f * (whole.f_cos[k] + 1.0f));
+          if (whole.f_cos[k] > 0.0f) {
+            EXPECT_NEAR(shares.of[c][k] * whole.f_cos[k], of_class[c][k], 1e-5f * (whole.f_cos[k] + 1.0f));
+          }
+        }
+      EXPECT_EQ(parts.pdf.diffuse + parts.pdf.glossy + parts.pdf.transmission > 0.0f, whole.pdf_solid_angle > 0.0f);
+
+      const float choice = random.next_1d();
+      const Vec2 u = random.next_2d();
+      const BsdfSample plain = bsdf.sample(wi, choice, u, Transport::radiance, ReversePdf::no);
+      const BsdfSample with_parts = bsdf.sample(wi, choice, u, Transport::radiance, ReversePdf::no, parts = {});
+      EXPECT_EQ(plain.wo_world, with_parts.wo_world);
+      EXPECT_EQ(plain.weight, with_parts.weight);
+      ASSERT_GE(parts.picked, 0);
+      if (plain.event != k_scatter_none) {
+        EXPECT_EQ(parts.picked, plain.lobe);
+      }
+    }
+  }
+}
+
 TEST(Sampler, weight_is_value_over_density) {
   RandomStream random(3);
   for (const Transport transport : {Transport::radiance, Transport::importance})

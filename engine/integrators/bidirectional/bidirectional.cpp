@@ -128,6 +128,7 @@ class Bidirectional final : public Integrator {
     uint64_t paths = 0;
     const Rectangle& rectangle = film.tiles()[tile];
     const bool adaptive = film.settings().second_moments;
+    if (PassRecorder* const passes = kernel.passes()) passes->start_clock();
     for (int y = rectangle.y; y < rectangle.y + rectangle.height && whole; ++y)
       for (int x = rectangle.x; x < rectangle.x + rectangle.width; ++x) {
         if (cancel.cancelled()) {
@@ -151,7 +152,7 @@ class Bidirectional final : public Integrator {
           if (has_light_walks())
             kernel.light_sample(sampler, kept && leaves_photons(x, y) ? &kept->batch : nullptr, /*silent=*/false);
           PassRecorder* const passes = kernel.passes();
-          if (passes) passes->begin(x, y, static_cast<uint32_t>(sample));
+          if (passes) passes->begin(x, y, static_cast<uint32_t>(sample), writer.next());
           const PathEstimate estimate = camera_sample(kernel, *scene_, sampler, x, y);
           const Vec4 picture = picture_of(estimate, settings_.exposure);
           bool any_other = false;
@@ -177,10 +178,12 @@ class Bidirectional final : public Integrator {
           for (size_t i = 0; any_other && i < loan.others.size(); ++i)
             if (loan.others[i]) loan.others[i]->give_splats();
           if (any_other || has_light_walks()) ++paths;
-          if (passes)
-            writer.add(x, y, passes->finish(picture, estimate.behind * settings_.exposure));
-          else
+          if (passes) {
+            passes->finish(picture, estimate.behind * settings_.exposure);
+            writer.add_next(x, y);
+          } else {
             writer.add(x, y, picture);
+          }
         }
       }
     if (kept) kept->complete_sample = whole && one_each ? target_samples - 1 : k_none;

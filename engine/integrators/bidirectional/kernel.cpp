@@ -265,6 +265,19 @@ void Kernel<profile>::join(const Here& here, const Sampler& sampler, uint32_t ev
 }
 
 template <KernelProfile profile>
+BsdfEval Kernel<profile>::eval(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world) {
+  if (passes_) return bsdf.eval(wi_world, wo_world, Transport::radiance, ReversePdf::yes, parts_ = {});
+  return bsdf.eval(wi_world, wo_world, Transport::radiance);
+}
+
+template <KernelProfile profile>
+BsdfSample Kernel<profile>::sample(const Bsdf& bsdf, const Vec3& wi_world, const EventNumbers& numbers) {
+  if (passes_)
+    return bsdf.sample(wi_world, numbers.lobe, numbers.direction, Transport::radiance, ReversePdf::yes, parts_ = {});
+  return bsdf.sample(wi_world, numbers.lobe, numbers.direction, Transport::radiance);
+}
+
+template <KernelProfile profile>
 void Kernel<profile>::next_event(const Here& here) {
   const LightSet& lights = scene_.lights();
   const LightSample light = lights.sample(here.hit.p_world, here.receiver_normal, here.numbers.light,
@@ -272,7 +285,7 @@ void Kernel<profile>::next_event(const Here& here) {
   if (!light || !(light.pdf_solid_angle > 0.0f) || bounces_.total > light.traits->max_bounces ||
       !scene_.reaches(light.traits->linked.receivers, here.hit.instance))
     return;
-  BsdfEval scattered = here.bsdf.eval(here.point.wi_world, light.direction_world, Transport::radiance);
+  BsdfEval scattered = eval(here.bsdf, here.point.wi_world, light.direction_world);
   if (light.traits->hidden_from & k_visible_scattered)
     scattered.f_cos *= share_that_sees(here.bsdf, here.point.wi_world, light.direction_world, light.traits->hidden_from,
                                        lights.kind(light.light) == LightKind::triangle);
@@ -327,7 +340,7 @@ void Kernel<profile>::next_event(const Here& here) {
   events_ = walked;
   if (passes_)
     passes_->joined(added, here.hit.instance, here.bsdf, here.point.wi_world, light.direction_world,
-                    Technique::next_event, {}, scene_.source_of(light.light), light.traits->group);
+                    Technique::next_event, {}, scene_.source_of(light.light), light.traits->group, nullptr, &parts_);
 }
 
 template <KernelProfile profile>
@@ -345,7 +358,7 @@ void Kernel<profile>::connect(const Here& here, const LightWalk& walk, float sca
     const float distance = length(offset);
     if (!(distance > 0.0f)) continue;
     const Vec3 direction = offset * (1.0f / distance);
-    const BsdfEval scattered = here.bsdf.eval(here.point.wi_world, direction, Transport::radiance);
+    const BsdfEval scattered = eval(here.bsdf, here.point.wi_world, direction);
     if (is_black(scattered.f_cos) || !(scattered.pdf_solid_angle > 0.0f)) continue;
     const bool near = limits_are_near(settings_.bounces, before, vertex.counts, 1 + counted_at_light);
     LightScatter at_light;
@@ -407,7 +420,7 @@ void Kernel<profile>::connect(const Here& here, const LightWalk& walk, float sca
                                               : static_cast<uint8_t>(k_scatter_diffuse));
     light_side.append_packed(vertex.events, vertex.depth - 1);
     passes_->joined(added, here.hit.instance, here.bsdf, here.point.wi_world, direction, Technique::connection,
-                    light_side, scene_.source_of(walk.light()), walk.traits().group, &walk);
+                    light_side, scene_.source_of(walk.light()), walk.traits().group, &walk, &parts_);
   }
 }
 
@@ -440,7 +453,7 @@ void Kernel<profile>::merge(const Here& here, const Sampler& sampler, uint32_t e
       if (!(length_squared(offset) - sqr(dot(offset, wi)) < sqr(radius))) return;
       per_cosine = 1.0f / reach_across(std::fabs(cos_light));
     }
-    const BsdfEval scattered = here.bsdf.eval(here.point.wi_world, wi, Transport::radiance);
+    const BsdfEval scattered = eval(here.bsdf, here.point.wi_world, wi);
     if (is_black(scattered.f_cos) || !(scattered.pdf_solid_angle > 0.0f)) return;
     Color contribution = throughput_ * scattered.f_cos * photon.flux.unpack() * (scale * per_photon * per_cosine);
     const EventCounts light_side{std::max(depth - 2, 0), record->counts.diffuse, record->counts.glossy,
@@ -491,7 +504,7 @@ void Kernel<profile>::merge(const Here& here, const Sampler& sampler, uint32_t e
     EventSequence light_events;
     light_events.append_packed(passes_->wants_events() ? photons.events(photon.record) : 0, depth - 1);
     passes_->joined(added, here.hit.instance, here.bsdf, here.point.wi_world, wi, Technique::merging, light_events,
-                    scene_.source_of(light), scene_.lights().traits(light).group);
+                    scene_.source_of(light), scene_.lights().traits(light).group, nullptr, &parts_);
   });
 }
 
@@ -596,7 +609,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
                       i,      m_ > 0 && !depended_ ? std::fabs(dot(last_.ng_world, ray.direction)) * per_area : 0.0f,
                       numbers};
       join(here, sampler, event_index);
-      scattered = bsdf.sample(point.wi_world, numbers.lobe, numbers.direction, Transport::radiance);
+      scattered = sample(bsdf, point.wi_world, numbers);
       u_roulette = numbers.roulette;
       if (scattered.event == k_scatter_none) break;
       Vec3 receiver_normal = here.receiver_normal;
@@ -619,7 +632,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
         previous_per_solid_angle = 0.0f;
         const Here there{point, hit, bsdf, receiver_normal, i, previous_per_solid_angle, exit_numbers};
         join(there, sampler, event_index);
-        scattered = bsdf.sample(point.wi_world, exit_numbers.lobe, exit_numbers.direction, Transport::radiance);
+        scattered = sample(bsdf, point.wi_world, exit_numbers);
         u_roulette = exit_numbers.roulette;
         if (scattered.event == k_scatter_none) break;
       }
@@ -643,7 +656,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
         }
         pdfs_.flags[i] = static_cast<uint8_t>((delta ? 0 : k_connectible) | light_flags);
         events_.append(scattered.event);
-        if (passes_) passes_->scattered(hit.instance, bsdf, point.wi_world, scattered);
+        if (passes_) passes_->scattered(hit.instance, bsdf, point.wi_world, scattered, &parts_);
         m_ = i;
         only_delta_ = only_delta_ && delta;
         last_ = {hit.p_world, point.ng_world, receiver_normal, scattered.pdf_solid_angle, !delta, hit.instance};

@@ -96,6 +96,9 @@ class Kernel {
   }
   /// Joins the vertex to lights, light walks and photons, as far as the techniques do.
   void join(const Here& here, const Sampler& sampler, uint32_t event_index);
+  /// Of the camera walk's surface; with passes parts_ too.
+  BsdfEval eval(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world);
+  BsdfSample sample(const Bsdf& bsdf, const Vec3& wi_world, const EventNumbers& numbers);
   void next_event(const Here& here);
   void connect(const Here& here, const LightWalk& walk, float scale);
   void merge(const Here& here, const Sampler& sampler, uint32_t event_index);
@@ -151,6 +154,7 @@ class Kernel {
   std::vector<std::pair<int, Color>> splat_parts_;  ///< what the planes of the film get of one path
   float threshold_scale_ = k_infinity;
   std::optional<PassRecorder> passes_;
+  EvalParts parts_;  ///< with passes: of the newest evaluation on the camera walk
   std::vector<std::pair<uint32_t, float>>* merged_ = nullptr;
 
   // The camera walk under way.

@@ -32,6 +32,25 @@ Color Kernel<profile, recording>::add(const Color& contribution, bool indirect) 
   return added;
 }
 
+/// @param parts set where there are passes
+template <KernelProfile profile, bool recording>
+BsdfEval Kernel<profile, recording>::eval(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world,
+                                          EvalParts& parts) {
+  if constexpr (recording)
+    return bsdf.eval(wi_world, wo_world, Transport::radiance, ReversePdf::no, parts = {});
+  else
+    return bsdf.eval(wi_world, wo_world, Transport::radiance, ReversePdf::no);
+}
+
+template <KernelProfile profile, bool recording>
+BsdfSample Kernel<profile, recording>::sample(const Bsdf& bsdf, const Vec3& wi_world, const EventNumbers& numbers,
+                                              EvalParts& parts) {
+  if constexpr (recording)
+    return bsdf.sample(wi_world, numbers.lobe, numbers.direction, Transport::radiance, ReversePdf::no, parts = {});
+  else
+    return bsdf.sample(wi_world, numbers.lobe, numbers.direction, Transport::radiance, ReversePdf::no);
+}
+
 /// Light that the walk met.
 template <KernelProfile profile, bool recording>
 void Kernel<profile, recording>::add_met(const Color& contribution, LightSource source, uint16_t group) {
@@ -78,15 +97,16 @@ void Kernel<profile, recording>::add_background(const Vec3& direction) {
   }
   scene_.lights().for_each_infinite(direction, bounces_.ray_kind, [&](const LightHit& hit) {
     // As in Cycles, suns with shadow linking are not even seen by the camera.
-    if (bounces_.total - 1 > hit.traits->max_bounces || hit.traits->linked.blockers != 0 || !meets(hit.traits->linked))
-      return;
-    const float weight = emission_weight(hit.light, direction, k_infinity, hit.uv, *hit.traits);
-    if (!(weight > 0.0f)) return;
+    const bool counts =
+        bounces_.total - 1 <= hit.traits->max_bounces && hit.traits->linked.blockers == 0 && meets(hit.traits->linked);
+    const float weight = counts ? emission_weight(hit.light, direction, k_infinity, hit.uv, *hit.traits) : 0.0f;
+    if (!(weight > 0.0f) && !(recording && meets_world_)) return;
     const Color radiance = throughput_ * scene_.light_radiance(hit, path_counts());
     const LightSource source = scene_.source_of(hit.light);
     if constexpr (recording)
-      if (meets_world_ && source == LightSource::background) passes()->received(radiance, Color(0.0f));
-    add_met(radiance * weight, source, hit.traits->group);
+      if (meets_world_ && source == LightSource::background)
+        passes()->received(weight > 0.0f ? radiance : Color(0.0f), world_hidden_ ? Color(0.0f) : radiance);
+    if (weight > 0.0f) add_met(radiance * weight, source, hit.traits->group);
   });
 }
 
@@ -136,7 +156,8 @@ void Kernel<profile, recording>::next_event(const ShadingPoint& point, const Sur
   if (!light || !(light.pdf_solid_angle > 0.0f) || bounces_.total > light.traits->max_bounces ||
       !scene_.reaches(light.traits->linked.receivers, hit.instance))
     return;
-  BsdfEval scattered = bsdf.eval(point.wi_world, light.direction_world, Transport::radiance, ReversePdf::no);
+  [[maybe_unused]] EvalParts parts;
+  BsdfEval scattered = eval(bsdf, point.wi_world, light.direction_world, parts);
   if (light.traits->hidden_from & k_visible_scattered)
     scattered.f_cos *= share_that_sees(bsdf, point.wi_world, light.direction_world, light.traits->hidden_from,
                                        lights.kind(light.light) == LightKind::triangle);
@@ -170,19 +191,24 @@ void Kernel<profile, recording>::next_event(const ShadingPoint& point, const Sur
   if constexpr (recording)
     if (!is_black(added))
       passes()->joined(added, hit.instance, bsdf, point.wi_world, light.direction_world, Technique::next_event, {},
-                       scene_.source_of(light.light), light.traits->group);
+                       scene_.source_of(light.light), light.traits->group, nullptr, &parts);
 }
 
-/// An even world is no light that next event chooses: the surface receives it by the scattered ray.
+/// An even world is no light that next event chooses: the surface receives it by the scattered ray, by what that meets.
 template <KernelProfile profile, bool recording>
 void Kernel<profile, recording>::receive_world(const BsdfSample& scattered) {
-  PassRecorder* const passes = this->passes();
-  meets_world_ = passes && receiving_ && !(scattered.event & k_scatter_delta) && scene_.lights().has_even_world();
-  receiving_ = false;
-  if (!meets_world_) return;
-  scene_.lights().for_each_infinite(scattered.wo_world, bounces_.ray_kind, [&](const LightHit& hit) {
+  meets_world_ = receiving_ && !(scattered.event & k_scatter_delta) && scene_.lights().has_even_world();
+  world_hidden_ = receiving_ = false;
+}
+
+/// Something stands before the world that the scattered ray would have met; a transparent surface perhaps.
+template <KernelProfile profile, bool recording>
+void Kernel<profile, recording>::hide_world(const Vec3& direction) {
+  if (!meets_world_ || world_hidden_) return;
+  world_hidden_ = true;
+  scene_.lights().for_each_infinite(direction, bounces_.ray_kind, [&](const LightHit& hit) {
     if (scene_.source_of(hit.light) == LightSource::background)
-      passes->received(Color(0.0f), throughput_ * scene_.light_radiance(hit, path_counts()));
+      recorder_->received(Color(0.0f), throughput_ * scene_.light_radiance(hit, path_counts()));
   });
 }
 
@@ -205,6 +231,7 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
       add_background(ray.direction);
       break;
     }
+    if constexpr (recording) hide_world(ray.direction);
     SurfaceHit hit = scene_.geometry().surface(geometry_hit);
     const SurfaceBinding& binding = scene_.binding(hit.instance, hit.material_slot);
     const Program& program = *binding.program;
@@ -214,7 +241,8 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
     scene_.fill_shading_point(hit, binding, -ray.direction, geometry_hit.t, cone, path_counts(), point);
 
     BsdfSample scattered;
-    float u_roulette = -1.0f;  // none: a path that ends with the next light plays no roulette on its way there
+    [[maybe_unused]] EvalParts parts;  // of `scattered`
+    float u_roulette = -1.0f;          // none: a path that ends with the next light plays no roulette on its way there
     if (bounces_.last || roulette.lost) {
       if (program.traits().emits)
         add_surface_emission(hit, binding, ray.direction, distance, program.emission(point, scene_.textures()));
@@ -250,7 +278,8 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
       if constexpr (recording) receiving_ = only_transparent_ && passes()->wants_received();
       if (bsdf.has_non_delta() && !scene_.lights().empty(k_even_world))
         next_event(point, hit, bsdf, receiver_normal, numbers);
-      scattered = bsdf.sample(point.wi_world, numbers.lobe, numbers.direction, Transport::radiance, ReversePdf::no);
+      scattered = sample(bsdf, point.wi_world, numbers, parts);
+      if (recording && only_transparent_) passes()->sampled(hit, point, bsdf, scattered, parts.picked);
       u_roulette = numbers.roulette;
       if (scattered.event == k_scatter_none) break;
       Vec3 scattered_normal = receiver_normal;
@@ -266,8 +295,7 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
         if constexpr (recording) receiving_ = false;  // of what is under the surface nothing is received there
         scattered_normal = point.ng_world;
         if (!scene_.lights().empty(k_even_world)) next_event(point, hit, bsdf, scattered_normal, exit_numbers);
-        scattered =
-            bsdf.sample(point.wi_world, exit_numbers.lobe, exit_numbers.direction, Transport::radiance, ReversePdf::no);
+        scattered = sample(bsdf, point.wi_world, exit_numbers, parts);
         if (scattered.event == k_scatter_none) break;
         u_roulette = exit_numbers.roulette;
       }
@@ -278,7 +306,7 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
       } else if (!(scattered.event & k_scatter_transparent)) {
         last_ = {hit.p_world, scattered_normal, scattered.pdf_solid_angle, !(scattered.event & k_scatter_delta),
                  hit.instance};
-        if (PassRecorder* const p = passes()) p->scattered(hit.instance, bsdf, point.wi_world, scattered);
+        if (PassRecorder* const p = passes()) p->scattered(hit.instance, bsdf, point.wi_world, scattered, &parts);
       }
     }
     throughput_ *= scattered.weight;
@@ -298,7 +326,10 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
     roulette = {};
     if (event_index > 0 && u_roulette >= 0.0f && !(scattered.event & k_scatter_transparent)) {
       roulette = Roulette(throughput_, u_roulette, k_safe_throughput);
-      if (roulette.lost && !scene_.rays_meet_light()) break;
+      if (roulette.lost && !scene_.rays_meet_light()) {
+        if constexpr (recording) hide_world(scattered.wo_world);
+        break;
+      }
     }
 
     const float t_max = bounces_.ray_kind & k_ray_camera ? ray.t_max - geometry_hit.t : k_infinity;

@@ -39,6 +39,8 @@ class Kernel {
     uint32_t instance = k_no_index;
   };
 
+  static BsdfEval eval(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world, EvalParts& parts);
+  static BsdfSample sample(const Bsdf& bsdf, const Vec3& wi_world, const EventNumbers& numbers, EvalParts& parts);
   /// Adds what is left of a contribution after clamping, and returns it.
   Color add(const Color& contribution, bool indirect);
   void add_met(const Color& contribution, LightSource source, uint16_t group);
@@ -64,6 +66,7 @@ class Kernel {
       return nullptr;
   }
   void receive_world(const BsdfSample& scattered);
+  void hide_world(const Vec3& direction);
   PathCounts path_counts() const {
     return {bounces_.ray_kind, bounces_.total,        bounces_.diffuse,
             bounces_.glossy,   bounces_.transmission, bounces_.transparent};
@@ -74,8 +77,9 @@ class Kernel {
   const Sampler& sampler_;
   RayCounts& counts_;
   PassRecorder* const recorder_;
-  bool receiving_ = false;    ///< recording: next event tells what the surface receives
-  bool meets_world_ = false;  ///< recording: the even world that the next ray meets is received by what the camera saw
+  bool receiving_ = false;     ///< recording: next event tells what the surface receives
+  bool meets_world_ = false;   ///< recording: the even world that the next ray meets is received by what the camera saw
+  bool world_hidden_ = false;  ///< ... and something stands before it
   float shadow_survival_scale_ = k_infinity;  ///< times a contribution: probability of tracing its shadow ray
   PathEstimate estimate_;
   Color throughput_{1.0f};

@@ -25,6 +25,7 @@ class PathTracer final : public Integrator {
     if (settings_.passes) {
       passes.emplace(*settings_.passes, *scene_);
       passes->share();
+      passes->start_clock();
     }
     for (size_t i = 0; i < parts.size(); ++i)
       if (settings_.others[i] && other_settings_[i].parts)
@@ -34,15 +35,17 @@ class PathTracer final : public Integrator {
         if (cancel.cancelled()) return counts;
         if (adaptive && !film.active(x, y)) continue;
         for (int64_t sample = film.sample_count(x, y); sample < target_samples; ++sample) {
-          if (passes) passes->begin(x, y, static_cast<uint32_t>(sample));
+          if (passes) passes->begin(x, y, static_cast<uint32_t>(sample), writer.next());
           const PathEstimate estimate =
               render_sample(x, y, static_cast<uint32_t>(sample), counts, passes ? &*passes : nullptr, parts);
           if (render_context().interrupted && cancel.cancelled()) return counts;  // not whole: as if it had not begun
           const Vec4 picture = picture_of(estimate, settings_.exposure);
-          if (passes)
-            writer.add(x, y, passes->finish(picture, estimate.behind * settings_.exposure));
-          else
+          if (passes) {
+            passes->finish(picture, estimate.behind * settings_.exposure);
+            writer.add_next(x, y);
+          } else {
             writer.add(x, y, picture);
+          }
         }
       }
     return counts;

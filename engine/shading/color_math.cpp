@@ -1,5 +1,9 @@
 #include "engine/shading/color_math.h"
 
+#include <algorithm>
+#include <cmath>
+
+#include "engine/shading/blackbody_table.h"
 #include "engine/shading/standard_observer.h"
 
 namespace lambent {
@@ -9,43 +13,6 @@ template <typename F>
 Color per_channel(const Color& a, const Color& b, const F& f) {
   return Color(f(a.x, b.x), f(a.y, b.y), f(a.z, b.z));
 }
-
-/// One range of temperatures T of Cycles' fit (its coefficients; kernel/tables.h, Apache-2.0): red and green are a / T
-/// + b T + c, blue is a T³ + b T² + c T + d.
-struct BlackbodyRange {
-  float below_kelvin;
-  float red[3], green[3], blue[4];
-};
-constexpr BlackbodyRange k_blackbody[] = {
-    {965.0f,
-     {1619.19106f, -0.00205010916f, 5.02995757f},
-     {-488.999748f, 0.000604330754f, -0.0755807526f},
-     {5.96945309e-11f, -4.85742887e-08f, -9.70622247e-05f, -0.00407936148f}},
-    {1167.0f,
-     {2488.45471f, -0.00111330907f, 3.22621544f},
-     {-755.994277f, 0.000316730098f, 0.478306139f},
-     {2.40430366e-11f, 5.55021075e-08f, -0.000198503712f, 0.0289312858f}},
-    {1449.0f,
-     {3341.43193f, -0.000486551192f, 1.76486769f},
-     {-1023.63977f, 0.00012022347f, 0.936662319f},
-     {-1.40949732e-11f, 1.89878968e-07f, -0.000356632824f, 0.0910767778f}},
-    {1902.0f,
-     {4094.61742f, -0.000127446582f, 0.725731635f},
-     {-1265.71316f, 4.87340896e-06f, 1.27054498f},
-     {-3.61460868e-11f, 2.84822009e-07f, -0.000493211319f, 0.15672344f}},
-    {3315.0f,
-     {4670.28036f, 2.91258199e-05f, 0.126703442f},
-     {-1425.29332f, -4.01150431e-05f, 1.43972784f},
-     {-1.97075738e-11f, 1.75359352e-07f, -0.000250542825f, -0.0222783266f}},
-    {6365.0f,
-     {4595.09185f, 2.87495649e-05f, 0.15034502f},
-     {-1175.54822f, -2.16378048e-05f, 1.30408023f},
-     {-1.61997957e-13f, -1.64216008e-08f, 0.000386216271f, -0.738077418f}},
-    {k_infinity,
-     {3787.1745f, 9.35907826e-06f, 0.399075871f},
-     {-500.799571f, -4.59832026e-06f, 1.09098763f},
-     {6.72650283e-13f, -2.73078809e-08f, 0.000424098264f, -0.752335691f}},
-};
 
 }  // namespace
 
@@ -124,14 +91,14 @@ Color blend_colors(Blend mode, float t, const Color& a, const Color& b) {
 }
 
 Color blackbody_color(float kelvin) {
-  if (!(kelvin >= 800.0f)) return Color(5.4132945f, -0.2031939f, -0.0822535f);
-  if (kelvin >= 12000.0f) return Color(0.8262955f, 0.9945081f, 1.5663077f);
-  const float t = kelvin;
-  const BlackbodyRange* range = k_blackbody;
-  while (t >= range->below_kelvin) ++range;
-  const auto rational = [&](const float* c) { return c[0] / t + c[1] * t + c[2]; };
-  const float* b = range->blue;
-  return Color(rational(range->red), rational(range->green), ((b[0] * t + b[1]) * t + b[2]) * t + b[3]);
+  const BlackbodyTable& table = k_blackbody_table;
+  const auto color = [](const float* c) { return Color(c[0], c[1], c[2]); };
+  if (!(kelvin >= k_blackbody_low_kelvin)) return color(table.below);
+  if (kelvin >= k_blackbody_high_kelvin) return color(table.above);
+  static const float k_cells_per_log = k_blackbody_cells / std::log(k_blackbody_high_kelvin / k_blackbody_low_kelvin);
+  const float position = std::log(kelvin / k_blackbody_low_kelvin) * k_cells_per_log;
+  const int cell = std::clamp(static_cast<int>(position), 0, k_blackbody_cells - 1);
+  return lerp(color(table.colors[cell]), color(table.colors[cell + 1]), position - static_cast<float>(cell));
 }
 
 Color wavelength_color(float nanometres) {

@@ -90,9 +90,8 @@ Color blend_colors(Blend mode, float t, const Color& a, const Color& b);
 /// Linear Rec. 709 with white point D65 (the matrix of Blender's configuration); negative where it cannot be shown.
 Color rec709_from_xyz(float x, float y, float z);
 
-/// Colour of a black body in linear Rec. 709, luminance about 1, channels may be negative outside the gamut: by the fit
-/// of Cycles (4e-4 from Planck's law and the CIE 1931 observer at most). @param kelvin below 800 and above 12000 as
-/// there
+/// Colour of a black body in linear Rec. 709, luminance about 1, 0 where Rec. 709 cannot show it: as measured in Cycles
+/// (2e-3 from Planck's law and the CIE 1931 observer at most). @param kelvin below 800 and above 12000 one colour each
 Color blackbody_color(float kelvin);
 /// Colour of light of one wavelength in linear Rec. 709, scaled as in Blender; black outside [380, 780) nm. Negative
 /// where Rec. 709 cannot show it.

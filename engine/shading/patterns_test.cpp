@@ -153,7 +153,8 @@ TEST(Colours, blackbodies_are_as_plancks_law_and_the_standard_observer_have_them
         rec709_from_xyz(static_cast<float>(xyz[0] / xyz[1]), 1.0f, static_cast<float>(xyz[2] / xyz[1]));
     const Color found = blackbody_color(kelvin);
     for (int k = 0; k < 3; ++k)
-      EXPECT_NEAR(found[k], expected[k], 2e-3f * max_component(expected)) << kelvin << " K, channel " << k;
+      EXPECT_NEAR(found[k], std::max(expected[k], 0.0f), 2e-3f * max_component(expected))
+          << kelvin << " K, channel " << k;
   }
   for (const float below : {0.0f, -1e30f, std::numeric_limits<float>::quiet_NaN()})
     EXPECT_EQ(blackbody_color(below), blackbody_color(799.0f));

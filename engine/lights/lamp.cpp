@@ -446,6 +446,10 @@ bool Lamp::sample_emission(const Vec2& u_position, const Vec2& u_direction, cons
   const float along = sphere_ ? std::sqrt(1.0f - b_squared) : b_squared / std::sqrt(1.0f - b_squared);
   const Vec3 from_center = frame.s * d.x + frame.t * d.y + w * along;
   sample.p_light_world = center_ + from_center * radius_;
+  if (!sphere_) {
+    sample.b_squared_m2 = b_squared * radius_ * radius_;
+    sample.along_m = along * radius_;
+  }
   if (sphere_ && traits_.program) sample.uv = sphere_uv(from_center);
   return true;
 }

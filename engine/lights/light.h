@@ -156,6 +156,14 @@ struct EmissionSample {
   bool is_delta_position = false, is_delta_direction = false, is_infinite = false;
   uint32_t instance = 0, triangle = 0;
   const LightTraits* traits = nullptr;
+  /// Lamps that face their receiver (Lamp): what the ray keeps from the centre, squared (m²), and how far the start is
+  /// past where it comes nearest to it (m). Others: 0.
+  float b_squared_m2 = 0.0f, along_m = 0.0f;
+
+  /// How far behind the start the lamp is, m, for a receiver that far from it: what lies there stands before the lamp.
+  float behind_m(float distance_m) const {
+    return b_squared_m2 > 0.0f ? along_m + b_squared_m2 / (along_m + distance_m) : 0.0f;
+  }
 
   explicit operator bool() const { return light != k_no_light; }
 };

@@ -6,6 +6,7 @@
 
 #include "engine/base/hash.h"
 #include "engine/path/surface.h"
+#include "engine/path/transmittance.h"
 #include "engine/sampling/dimension.h"
 #include "engine/shading/closures.h"
 
@@ -120,9 +121,18 @@ void LightWalk::trace(const Sampler& sampler, float time) {
     vertex.ng_world = dot(surface.ng_world, vertex.wi_world) < 0.0f ? -surface.ng_world : surface.ng_world;
     const float distance = passed + hit.t;
     const float cos_here = std::fabs(dot(surface.ng_world, ray.direction));
+    Color clear(1.0f);  // of what stands before a lamp that faces the surface, behind the start of the ray
+    if (const float behind = depth == 1 ? start.behind_m(distance) : 0.0f; behind > 0.0f) {
+      ++rays_;
+      const Ray back{start.p_light_world, 0.0f, -start.direction_world, behind, ray.mask};
+      const PathCounts seen_as{k_ray_shadow, 1, 0, 0, 0, 0};
+      clear = segment_transmittance<true>(scene_, back, seen_as, settings_.transparent, nullptr,
+                                          start.traits->linked.blockers);
+      if (is_black(clear) && !program.traits().may_be_transparent && !passes) return;
+    }
     vertex.depth = depth;
     vertex.time = time;
-    vertex.throughput = throughput;
+    vertex.throughput = throughput * clear;
     vertex.counts = counts;
     vertex.events = events;
     if (depth > 1) {
@@ -201,7 +211,8 @@ void LightWalk::trace(const Sampler& sampler, float time) {
       if (is_black(throughput)) return;
       continue;
     }
-    if (!reached) return;
+    if (!reached || is_black(clear)) return;
+    throughput *= clear;
 
     // The pair of directions as a camera walk sees it.
     const bool delta = sampled.event & k_scatter_delta;

@@ -29,6 +29,14 @@ std::vector<IntegratorCase> light_cases() {
   add("point", point, k_above, k_all_and_vpl);
   point.radius_m = 0.4f;
   add("point_with_radius", point);
+  {
+    SceneMaker among = corridor();
+    among.light("l", point, k_above);
+    const Vec3 middle(-0.5f, 2.0f, -1.5f);
+    quad(among, "shade", middle + Vec3(-0.35f, -0.35f, -0.12f), middle + Vec3(0.35f, -0.35f, -0.12f),
+         middle + Vec3(0.35f, 0.35f, -0.12f), "floor");
+    cases.push_back({"light_point_with_radius_around_a_surface", among, k_all});
+  }
   Light spot = lamp(LightType::spot, 200.0f);
   spot.spot_size_rad = 1.2f;
   spot.spot_blend = 0.5f;

@@ -175,7 +175,7 @@ links.new(glossy.outputs[0], output.inputs['Surface'])
 """
         )
     )
-    rows = 257 if run.blender_major >= 5 else 256  # as many as that Blender's Cycles has
+    rows = 257 if run.blender_major >= 4 else 256  # as many as that Blender's Cycles has
     graph = graph_of(run)
     glass = surface_node(graph)
     assert glass["properties"]["distribution"] == "BECKMANN"

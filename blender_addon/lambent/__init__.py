@@ -45,13 +45,13 @@ def _expect_render(*_):
 
 def _expect_render_if_chosen():
     scene = getattr(bpy.context, "scene", None)  # there is none while add-ons are registered
-    if scene is not None and scene.render.engine == engine.LambentRenderEngine.bl_idname:
-        session.expect_render()
+    if scene is not None:
+        _expect_render_of(scene)
 
 
 @persistent
-def _start_daemon_early(scene, *_):
-    """A render begins, wherever it was asked for: the daemon starts while Blender still evaluates the scene."""
+def _expect_render_of(scene, *_):
+    """As a handler: a render begins, wherever it was asked for. The daemon starts while Blender still evaluates the scene."""
     if scene.render.engine == engine.LambentRenderEngine.bl_idname:
         session.expect_render()
 
@@ -62,7 +62,7 @@ def register():
     engine.register()
     bpy.app.handlers.load_pre.append(_forget_file)
     bpy.app.handlers.load_post.append(_expect_render)
-    bpy.app.handlers.render_init.append(_start_daemon_early)
+    bpy.app.handlers.render_init.append(_expect_render_of)
     _expect_render()
     atexit.register(session.close_all)
 
@@ -72,7 +72,7 @@ def unregister():
     atexit.unregister(session.close_all)
     bpy.app.handlers.load_pre.remove(_forget_file)
     bpy.app.handlers.load_post.remove(_expect_render)
-    bpy.app.handlers.render_init.remove(_start_daemon_early)
+    bpy.app.handlers.render_init.remove(_expect_render_of)
     bpy.msgbus.clear_by_owner(_engine_watch)
     viewport.close_all()
     engine.unregister()

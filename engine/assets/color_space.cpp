@@ -121,32 +121,39 @@ float linear_from_srgb_fast(float encoded) {
 
 namespace {
 
-// Rows of the matrix from linear Rec. 709 to scene-linear, and the former's name; none if they are the same, or a
-// configuration does not know Rec. 709.
-std::optional<std::array<float, 9>> matrix_from_rec709(const OCIO::Config& config, std::string& name) {
-  for (const char* candidate : {"Linear Rec.709", "Linear BT.709", "Linear Rec.709 (sRGB)", "lin_rec709", "Linear"})
-    if (name.empty() && config.getColorSpace(candidate)) name = candidate;
-  if (name.empty() || !config.hasRole(OCIO::ROLE_SCENE_LINEAR)) return std::nullopt;
-  const OCIO::ConstCPUProcessorRcPtr processor =
-      config.getProcessor(name.c_str(), OCIO::ROLE_SCENE_LINEAR)->getDefaultCPUProcessor();
-  std::array<float, 9> rows{};
+using Rows = std::array<float, 9>;
+
+// Rows of the matrix whose columns are what `convert` makes, in place, of these; none if it is the identity to within
+// `tolerance`.
+template <typename Convert>
+std::optional<Rows> matrix_of(std::array<std::array<float, 3>, 3> columns, float tolerance, Convert&& convert) {
+  Rows rows{};
   bool same = true;
   for (size_t k = 0; k < 3; ++k) {
-    float column[3] = {k == 0 ? 1.0f : 0.0f, k == 1 ? 1.0f : 0.0f, k == 2 ? 1.0f : 0.0f};
-    processor->applyRGB(column);
+    convert(columns[k].data());
     for (size_t row = 0; row < 3; ++row) {
-      rows[3 * row + k] = column[row];
-      same = same && std::fabs(column[row] - (row == k ? 1.0f : 0.0f)) < 1e-4f;
+      rows[3 * row + k] = columns[k][row];
+      same = same && std::fabs(columns[k][row] - (row == k ? 1.0f : 0.0f)) < tolerance;
     }
   }
   if (same) return std::nullopt;
   return rows;
 }
 
+// Rows of the matrix from linear Rec. 709 to scene-linear, and the former's name; none if they are the same, or a
+// configuration does not know Rec. 709.
+std::optional<Rows> matrix_from_rec709(const OCIO::Config& config, std::string& name) {
+  for (const char* candidate : {"Linear Rec.709", "Linear BT.709", "Linear Rec.709 (sRGB)", "lin_rec709", "Linear"})
+    if (name.empty() && config.getColorSpace(candidate)) name = candidate;
+  if (name.empty() || !config.hasRole(OCIO::ROLE_SCENE_LINEAR)) return std::nullopt;
+  const auto scene_from_rec709 = config.getProcessor(name.c_str(), OCIO::ROLE_SCENE_LINEAR)->getDefaultCPUProcessor();
+  return matrix_of({{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, 1e-4f,
+                   [&](float* column) { scene_from_rec709->applyRGB(column); });
+}
+
 // Rows of the matrix for ColorSpaces::scene_from_computed(); none if nothing changes, `otherwise` if the configuration
 // does not say.
-std::optional<std::array<float, 9>> matrix_from_computed(const OCIO::Config& config,
-                                                         const std::optional<std::array<float, 9>>& otherwise) {
+std::optional<Rows> matrix_from_computed(const OCIO::Config& config, const std::optional<Rows>& otherwise) {
   constexpr const char* k_role = "aces_interchange";
   if (!config.hasRole(k_role) || !config.hasRole(OCIO::ROLE_SCENE_LINEAR)) return otherwise;
   const OCIO::BuiltinTransformRcPtr to_aces = OCIO::BuiltinTransform::Create();
@@ -154,22 +161,14 @@ std::optional<std::array<float, 9>> matrix_from_computed(const OCIO::Config& con
   to_aces->setDirection(OCIO::TRANSFORM_DIR_INVERSE);
   const auto aces_from_xyz = config.getProcessor(to_aces)->getDefaultCPUProcessor();
   const auto scene_from_aces = config.getProcessor(k_role, OCIO::ROLE_SCENE_LINEAR)->getDefaultCPUProcessor();
-  // Columns: XYZ of Rec. 709's primaries, the inverse of rec709_from_xyz().
-  constexpr float k_xyz[3][3] = {
-      {0.4124564f, 0.2126729f, 0.0193339f}, {0.3575761f, 0.7151522f, 0.1191920f}, {0.1804375f, 0.0721750f, 0.9503041f}};
-  std::array<float, 9> rows{};
-  bool same = true;
-  for (size_t k = 0; k < 3; ++k) {
-    float column[3] = {k_xyz[k][0], k_xyz[k][1], k_xyz[k][2]};
+  // XYZ of Rec. 709's primaries, the inverse of rec709_from_xyz().
+  constexpr std::array<std::array<float, 3>, 3> k_xyz{{{0.4124564f, 0.2126729f, 0.0193339f},
+                                                       {0.3575761f, 0.7151522f, 0.1191920f},
+                                                       {0.1804375f, 0.0721750f, 0.9503041f}}};
+  return matrix_of(k_xyz, 3e-5f, [&](float* column) {
     aces_from_xyz->applyRGB(column);
     scene_from_aces->applyRGB(column);
-    for (size_t row = 0; row < 3; ++row) {
-      rows[3 * row + k] = column[row];
-      same = same && std::fabs(column[row] - (row == k ? 1.0f : 0.0f)) < 3e-5f;
-    }
-  }
-  if (same) return std::nullopt;
-  return rows;
+  });
 }
 
 }  // namespace

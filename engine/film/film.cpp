@@ -430,7 +430,7 @@ void TileWriter::add_channels(size_t pixel, int64_t sample, std::span<const floa
     if (!(value[1] > 0.0f)) continue;
     if (!(value[3] > 0.0f) && s.id_weights[first] > 0.0 &&
         std::bit_cast<uint32_t>(s.ids[first]) == std::bit_cast<uint32_t>(value[0])) {
-      s.id_weights[first] += value[1];  // as most
+      s.id_weights[first] += value[1];  // most samples: one id, which the pixel has first
       continue;
     }
     for (int k = 0; k < k_ids_a_sample && value[2 * k + 1] > 0.0f; ++k) {

@@ -60,6 +60,11 @@ Environment::Environment(EnvironmentLight light) : light_(std::move(light)) {
   mean_luminance_ = sum / weight_sum;
   if (has_sun) {
     sun_one_minus_cos_ = one_minus_cos_of_angle(half);
+    // |d - s|² = 2 (1 - cos): without the cancellation of the cosine's difference from 1. Wider by the rounding of unit
+    // vectors: a direction that was sampled on the rim must not count as one of the map's, which is a firefly. What
+    // little of the sky that takes in is sampled by the map all the same.
+    constexpr float k_rounding = 4e-7f;
+    sun_chord_squared_ = sqr(std::sqrt(2.0f * sun_one_minus_cos_) + k_rounding);
     sun_frame_ = Frame::from_normal(light_.sun_direction_world);
     // Means over the sphere, of which the disc is this share
     const double sun = 0.5 * static_cast<double>(sun_one_minus_cos_) * static_cast<double>(light_.sun_luminance);
@@ -114,11 +119,7 @@ float Environment::pdf_solid_angle(const Vec3& n, const Vec3& direction) const {
 }
 
 bool Environment::in_sun(const Vec3& direction) const {
-  // |d − s|² = 2 (1 − cos): without the cancellation of the cosine's difference from 1. Wider by the rounding of unit
-  // vectors: a direction that was sampled on the rim must not count as one of the map's, which is a firefly. What
-  // little of the sky that takes in is sampled by the map all the same.
-  constexpr float k_rounding = 4e-7f;
-  return length(direction - light_.sun_direction_world) <= std::sqrt(2.0f * sun_one_minus_cos_) + k_rounding;
+  return length_squared(direction - light_.sun_direction_world) <= sun_chord_squared_;
 }
 
 }  // namespace lambent

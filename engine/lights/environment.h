@@ -34,6 +34,7 @@ class Environment {
   Distribution2D distribution_;
   bool is_even_ = true;
   float prob_sun_ = 0.0f, sun_one_minus_cos_ = 0.0f;
+  float sun_chord_squared_ = -1.0f;  ///< of the widest |d - sun|² that is in the disc
   Frame sun_frame_;
   double mean_luminance_ = 0.0;
 };

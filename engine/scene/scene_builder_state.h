@@ -62,7 +62,7 @@ struct SceneBuilder::State {
   /// The compiler's input of a graph, in the scene's colours.
   ShaderGraph graph(const description::Graph& described) const {
     ShaderGraph made = shader_graph(described);
-    made.scene_from_rec709 = textures->scene_from_computed();
+    made.scene_from_computed = textures->scene_from_computed();
     return made;
   }
 

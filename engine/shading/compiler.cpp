@@ -279,10 +279,10 @@ uint32_t Compiler::texture(int index, ImageProjection projection) {
 
 Value Compiler::computed_color(Op op, const std::vector<Value>& arguments, uint32_t data) {
   Expressions& e = expressions_;
-  if (!graph_.scene_from_rec709) return e.operation(op, 0, arguments, 3, data);
+  if (!graph_.scene_from_computed) return e.operation(op, 0, arguments, 3, data);
   const Value color = e.operation(op, 1, arguments, 3, data), zero = e.number(0.0f);
   const auto channel = [&](size_t row) {
-    const float* m = graph_.scene_from_rec709->data() + 3 * row;
+    const float* m = graph_.scene_from_computed->data() + 3 * row;
     const Value sum = e.operation(Op::vector_math_float, static_cast<int>(VectorOperation::dot),
                                   {color, e.vector(Vec3(m[0], m[1], m[2]))}, 1);
     return e.operation(Op::math, static_cast<int>(MathOperation::maximum), {sum, zero, zero}, 1);

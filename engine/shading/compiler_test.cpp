@@ -573,7 +573,7 @@ TEST(Compiler, computed_colours_are_in_the_scenes_space) {
     ShaderGraph graph = make_graph(
         {make_node(type, {{input, x}}), make_node("Emission", {{"Color", GraphLink{0, "Color"}}, {"Strength", 1.0f}})});
     const Color usual = emitted(graph);
-    graph.scene_from_rec709 = {0.5f, 0.5f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f, 2.0f};
+    graph.scene_from_computed = {0.5f, 0.5f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f, 2.0f};
     const Color wide = emitted(graph);
     const Color given = type == std::string("Blackbody") ? blackbody_color(x) : wavelength_color(x);
     EXPECT_NEAR(wide.x, std::max(0.5f * (given.x + given.y), 0.0f), 1e-5f) << type;

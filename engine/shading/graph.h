@@ -46,7 +46,7 @@ struct ShaderGraph {
   bool bump_map_correction = true;  ///< bumped diffuse surfaces darken towards the smooth surface's terminator
   DisplacementMethod displacement_method = DisplacementMethod::bump;
   /// Rows of the matrix from linear Rec. 709, as nodes compute colours, to the scene's linear space; none: that is it.
-  std::optional<std::array<float, 9>> scene_from_rec709;
+  std::optional<std::array<float, 9>> scene_from_computed;
 };
 
 /// Texture of an image id; null if there is no such image (reported by the compiler, pink).

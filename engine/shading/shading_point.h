@@ -75,6 +75,7 @@ struct SurfacePlace {
   uint32_t instance = 0, primitive = 0;
   Vec2 barycentric{0, 0};
 };
+static_assert(sizeof(SurfacePlace) == 4 * sizeof(float), "Op::raycast has room for four floats");
 
 /// Rays of programs that look around a point, as the scene traces them.
 class ShaderRays {

@@ -86,6 +86,12 @@ def read_picture(path):
     return numpy.ascontiguousarray(pixels[::-1])
 
 
+def display(pixels, white):
+    """Returns sRGB values of scene-linear ones, `white` mapped to 0.8."""
+    value = numpy.clip(pixels[..., :3] * (0.8 / white), 0.0, 1.0)
+    return numpy.where(value <= 0.0031308, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)
+
+
 def write_picture(path, pixels):
     """Writes float[height][width][channel], row 0 at the bottom, as the format that the name's ending says."""
     flipped = numpy.ascontiguousarray(numpy.asarray(pixels, dtype=numpy.float32)[::-1])

@@ -10,14 +10,16 @@ off, so values are good to a unit in the last place of that.
 
 import pathlib
 import sys
-import tempfile
 
 import bpy
 import numpy
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from faces_in_cycles import Faces
+
 k_cells, k_low, k_high = 256, 800.0, 12000.0
 k_beyond = (400.0, 30000.0)
-k_width, k_height = 37, 7  # of the picture: a pixel for each of 257 + 2 temperatures
+k_width = 37  # of the picture, px
 
 k_head = """// Measured by tests/nodes/measure_blackbody.py in Cycles. Not to be edited.
 #include "engine/shading/blackbody_table.h"
@@ -52,38 +54,6 @@ def material():
     return made
 
 
-def measured(kelvin):
-    """float64[len(kelvin)][3]."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    scene = bpy.context.scene
-    places = [(n % k_width, n // k_width) for n in range(len(kelvin))]
-    corners = [(x + dx, y + dy, 0) for x, y in places for dx, dy in ((0, 0), (1, 0), (1, 1), (0, 1))]
-    mesh = bpy.data.meshes.new("Temperatures")
-    mesh.from_pydata(corners, [], [range(4 * n, 4 * n + 4) for n in range(len(kelvin))])
-    mesh.attributes.new("kelvin", "FLOAT", "FACE").data.foreach_set("value", kelvin.astype(numpy.float32))
-    mesh.materials.append(material())
-    camera = bpy.data.cameras.new("Camera")
-    camera.type, camera.ortho_scale = "ORTHO", k_width
-    scene.camera = bpy.data.objects.new("Camera", camera)
-    scene.camera.location = (k_width / 2, k_height / 2, 5)
-    for thing in (bpy.data.objects.new("Temperatures", mesh), scene.camera):
-        scene.collection.objects.link(thing)
-    render, cycles = scene.render, scene.cycles
-    render.engine = "CYCLES"
-    render.resolution_x, render.resolution_y = k_width, k_height
-    render.image_settings.file_format, render.image_settings.color_depth = "OPEN_EXR", "32"
-    cycles.samples, cycles.use_adaptive_sampling, cycles.use_denoising = 1, False, False
-    cycles.pixel_filter_type, cycles.filter_width = "BOX", 0.01
-    with tempfile.TemporaryDirectory() as folder:
-        render.filepath = f"{folder}/colours.exr"
-        bpy.ops.render.render(write_still=True)
-        image = bpy.data.images.load(render.filepath)
-        image.colorspace_settings.name = "Linear"
-        pixels = numpy.empty(k_width * k_height * 4, numpy.float32)
-        image.pixels.foreach_get(pixels)
-    return pixels.reshape(-1, 4)[: len(kelvin), :3].astype(float) - 1.0
-
-
 def rows(colours):
     """C++ initialisers of colours, four a line."""
     texts = ["{" + ", ".join(f"{value:.7g}f" if "." in f"{value:.7g}" else f"{value:.1f}f" for value in colour) + "}" for colour in colours]
@@ -91,7 +61,7 @@ def rows(colours):
 
 
 def main():
-    colours = measured(temperatures())
+    colours = Faces("kelvin", temperatures(), k_width, material).render().astype(float) - 1.0
     table, (below, above) = colours[: k_cells + 1], colours[k_cells + 1 :]
     text = k_head + f"const BlackbodyTable k_blackbody_table = {{\n  {{\n{rows(table)}  }},\n"
     text += f"{rows([below])}{rows([above])}}};\n// clang-format on\n\n}}  // namespace lambent\n"

@@ -14,7 +14,7 @@ from bl_ui import properties_view_layer
 # from, which Blender reports as an error when it quits.
 FOREACH_LEAKS_INSTANCES = bpy.app.version < (5, 0, 0)
 
-# Rows of the tables into which Blender samples ramps and curves for Cycles (3.4 and 5.2 were looked at).
+# Rows of the tables into which Blender samples ramps and curves for Cycles (3.4, 4.3 and 5.2 were looked at).
 RAMP_TABLE_ROWS = 257 if bpy.app.version >= (4, 0, 0) else 256
 
 # Passes are called "Diffuse Direct" and not "DiffDir" since 5.0.

@@ -9,12 +9,15 @@ the sky there, one pixel a face.
 """
 
 import math
+import pathlib
 import random
 import sys
-import tempfile
 
 import bpy
 import numpy
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
+from faces_in_cycles import Faces
 
 k_knots = 9
 
@@ -40,19 +43,8 @@ def directions():
     return numpy.stack(way, -1).astype(numpy.float32)
 
 
-def faces(way):
-    """A mesh of unit squares, one a direction, with the direction as its attribute "way"."""
-    height, width = way.shape[:2]
-    corners = [(x + dx, y + dy, 0) for y in range(height) for x in range(width) for dx, dy in ((0, 0), (1, 0), (1, 1), (0, 1))]
-    mesh = bpy.data.meshes.new("Directions")
-    mesh.from_pydata(corners, [], [range(4 * n, 4 * n + 4) for n in range(height * width)])
-    layer = mesh.attributes.new("way", "FLOAT_VECTOR", "CORNER")
-    layer.data.foreach_set("vector", numpy.repeat(way.reshape(-1, 3), 4, axis=0).ravel())
-    return mesh
-
-
 def sky_material():
-    """Returns (material, its Sky Texture)."""
+    """Emission of Hosek and Wilkie's sky in the direction of the attribute "way"."""
     material = bpy.data.materials.new("Sky")
     material.use_nodes = True
     nodes, links = material.node_tree.nodes, material.node_tree.links
@@ -63,41 +55,18 @@ def sky_material():
     links.new(attribute.outputs["Vector"], sky.inputs["Vector"])
     links.new(sky.outputs["Color"], emission.inputs["Color"])
     links.new(emission.outputs["Emission"], output.inputs["Surface"])
-    return material, sky
+    return material
 
 
 def main():
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    scene, way = bpy.context.scene, directions()
-    height, width = way.shape[:2]
-    mesh = faces(way)
-    material, sky = sky_material()
-    mesh.materials.append(material)
-    camera = bpy.data.cameras.new("Camera")
-    camera.type, camera.ortho_scale = "ORTHO", width
-    scene.camera = bpy.data.objects.new("Camera", camera)
-    scene.camera.location = (width / 2, height / 2, 5)
-    for thing in (bpy.data.objects.new("Directions", mesh), scene.camera):
-        scene.collection.objects.link(thing)
-    render, cycles = scene.render, scene.cycles
-    render.engine = "CYCLES"
-    render.resolution_x, render.resolution_y = width, height
-    render.image_settings.file_format, render.image_settings.color_depth = "OPEN_EXR", "32"
-    cycles.samples, cycles.use_adaptive_sampling, cycles.use_denoising = 1, False, False
-    cycles.pixel_filter_type, cycles.filter_width = "BOX", 0.01
+    way = directions()
+    scene = Faces("way", way.reshape(-1, 3), way.shape[1], sky_material)
+    sky = next(node for node in bpy.data.materials["Sky"].node_tree.nodes if node.type == "TEX_SKY")
     skies = []
-    with tempfile.TemporaryDirectory() as folder:
-        render.filepath = f"{folder}/sky.exr"
-        for turbidity, albedo, elevation in parameters():
-            sky.turbidity, sky.ground_albedo = turbidity, albedo
-            sky.sun_direction = (math.cos(elevation), 0, math.sin(elevation))
-            bpy.ops.render.render(write_still=True)
-            image = bpy.data.images.load(render.filepath)
-            image.colorspace_settings.name = "Linear"
-            pixels = numpy.empty(width * height * 4, numpy.float32)
-            image.pixels.foreach_get(pixels)
-            bpy.data.images.remove(image)
-            skies.append(pixels.reshape(height, width, 4)[..., :3])
+    for turbidity, albedo, elevation in parameters():
+        sky.turbidity, sky.ground_albedo = turbidity, albedo
+        sky.sun_direction = (math.cos(elevation), 0, math.sin(elevation))
+        skies.append(scene.render().reshape(way.shape))
     numpy.savez(sys.argv[sys.argv.index("--") + 1], sky=numpy.array(skies), parameters=numpy.array(parameters()), way=way)
 
 

@@ -28,6 +28,7 @@ struct LightVertex {
   float next_event = 0.0f, conditional = 0.0f;  ///< depth 1: next_event and light_conditional of path_pdfs.h
   EventCounts counts;   ///< events at depths 2 ... depth - 1 (that at depth 1 is free, see EventCounts)
   uint64_t events = 0;  ///< ScatterEvent bits at depths depth - 1 ... 1, four bits each, this end lowest
+  uint16_t place = 0;   ///< the part of the scene, for whoever chooses vertices; set by them
   Bsdf bsdf;            ///< as seen from wi
 };
 
@@ -67,6 +68,7 @@ class LightWalk {
 
   const std::vector<LightVertex>& storage() const { return vertices_; }
   int size() const { return count_; }
+  LightVertex& operator[](int i) { return vertices_[static_cast<size_t>(i)]; }
   const LightVertex& operator[](int i) const { return vertices_[static_cast<size_t>(i)]; }
   const LightWalkPdfs& pdfs() const { return pdfs_; }
 

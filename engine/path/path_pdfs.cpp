@@ -39,6 +39,11 @@ float sum_of_ratios(const PathPdfs& pdfs, const TechniqueSet& set, const Techniq
     }
   };
 
+  const float first_connections = pdfs.first_connections;
+  int first = 1;  // the first connectible vertex
+  if (first_connections != 1.0f)
+    while (first < n && !(flags[first] & k_connectible)) ++first;
+
   // q: C_i·L_(i+1) over the density at hand, for the present i.
   int i = vertex;
   float q = 1.0f;
@@ -53,6 +58,7 @@ float sum_of_ratios(const PathPdfs& pdfs, const TechniqueSet& set, const Techniq
       q = 1.0f / pdfs.next_event;
       break;
     case Technique::connection:
+      if (vertex == first) q = 1.0f / first_connections;
       break;
     case Technique::light_tracing:
       i = 0;
@@ -76,7 +82,7 @@ float sum_of_ratios(const PathPdfs& pdfs, const TechniqueSet& set, const Techniq
         sum += power(q_m * counts.light_paths);
     } else if (set.connections && n - m <= counts.max_light_vertices && (flags[m] & k_connectible) &&
                (flags[m + 1] & k_connectible)) {
-      sum += power(q_m);
+      sum += power(m == first ? q_m * first_connections : q_m);
     }
   };
 

@@ -52,6 +52,9 @@ class PathPdfs {
   float next_event = 0.0f;           ///< 0: the light cannot be chosen from x_n
   float scatter = 0.0f;              ///< 0: the light cannot be met from x_n
   float light_conditional = 0.0f;    ///< area density of x_n given the point on the light: for correlation alone
+  /// Connections of the first connectible vertex to the one after it, over those that a light walk of the sample's own
+  /// would make: x_m that connect to chosen vertices. Any function of the path.
+  float first_connections = 1.0f;
   int n = 0;
 
   // Scratch of path_weight.

@@ -102,7 +102,8 @@ void PhotonBatch::add(const LightWalk& walk, int first) {
     record.counts = {saturated(vertex.counts.diffuse), saturated(vertex.counts.glossy),
                      saturated(vertex.counts.transmission), saturated(vertex.counts.transparent)};
     record.depth = static_cast<uint16_t>(vertex.depth);
-    record.flags = static_cast<uint16_t>((walk.pdfs().connectible[depth] ? k_record_connectible : 0) | limited);
+    record.flags = static_cast<uint16_t>((walk.pdfs().connectible[depth] ? k_record_connectible : 0) | limited |
+                                         vertex.place << k_record_place_shift);
     // Surfaces where light walks end still merge: the camera walk evaluates there, or leaves there from under them.
     const bool merges = vertex.depth >= first && (vertex.bsdf.has_non_delta() || vertex.bsdf.empty() ||
                                                   vertex.binding->program->traits().subsurface);

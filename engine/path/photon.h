@@ -51,7 +51,9 @@ static_assert(sizeof(PhotonRecord) == 20);
 
 inline constexpr uint16_t k_record_connectible = 1;  ///< the event there had a density
 inline constexpr uint16_t k_record_can_be_hit = 2;   ///< depth 0: camera walks may meet the light
-inline constexpr uint16_t k_record_limited = 4;      ///< the light's max_bounces may matter
+inline constexpr int k_record_place_shift = 3;       ///< above: LightVertex::place, below k_record_places
+inline constexpr int k_record_places = 1 << 13;
+inline constexpr uint16_t k_record_limited = 4;  ///< the light's max_bounces may matter
 
 /// Photons and records of some walks, in their order.
 struct PhotonBatch {

@@ -6,6 +6,7 @@
 
 #include "engine/base/check.h"
 #include "engine/base/hash.h"
+#include "engine/integrators/bidirectional/guide_pilot.h"
 #include "engine/integrators/bidirectional/kernel.h"
 #include "engine/integrators/bidirectional/pilot.h"
 
@@ -17,6 +18,10 @@ namespace {
 constexpr int k_most_light_vertices = 100;
 /// Light walks of a pass that leave photons at most: bounds the memory of large pictures.
 constexpr uint64_t k_most_merge_paths = 1u << 20;
+/// Light walks of a pass among which the pool is chosen at most, and how many vertices it has.
+constexpr uint64_t k_most_pool_paths = 1u << 16;
+constexpr size_t k_least_pool = 64, k_most_pool = 1024, k_candidates_of_vertex = 16;
+constexpr size_t k_pool_piece = 64;
 /// Merge radii and cells of the photon map over the radius at a typical first hit.
 constexpr float k_largest_radius = 3.0f, k_cell_size = 2.0f;
 
@@ -68,12 +73,13 @@ class Bidirectional final : public Integrator {
     pass_.counts.light_paths = static_cast<float>(film.region().width) * static_cast<float>(film.region().height);
     other_pass_.counts.light_paths = pass_.counts.light_paths;
     if (!film.takes_splats()) other_pass_.set.light_tracing = false;
-    if (!pass_.set.merging) return;
+    if (!keeps_walks()) return;
     tiles_ = std::vector<Tile>(static_cast<size_t>(film.tiles().count()));
     for (Tile& tile : tiles_) tile.batch.keep_events = settings_.passes && settings_.passes->wants_events();
     const Rectangle& region = film.region();
     const double pixels = static_cast<double>(region.width) * region.height;
     photon_share_ = static_cast<float>(std::min(1.0, static_cast<double>(k_most_merge_paths) / pixels));
+    pool_share_ = static_cast<float>(std::min(1.0, static_cast<double>(k_most_pool_paths) / pixels));
     merge_paths_ = 0;
     for (int y = region.y; y < region.y + region.height; ++y)
       for (int x = region.x; x < region.x + region.width; ++x) merge_paths_ += leaves_photons(x, y);
@@ -81,13 +87,17 @@ class Bidirectional final : public Integrator {
   }
 
   int stages(int64_t sample) const override {
-    return (learns_aim(sample) ? 1 : 0) + (pass_.set.merging ? 2 : pass_.set.shared_lights ? 1 : 0);
+    return (learns_aim(sample) ? 1 : 0) + (keeps_walks() ? 3 : pass_.set.shared_lights ? 1 : 0);
   }
 
   int begin_stage(Film&, int64_t sample, int stage) override {
     if (learns_aim(sample) && stage-- == 0) return 1;
     if (pass_.set.shared_lights) return begin_shared();
-    if (stage == 1) return 1;
+    if (stage == 1) return has_pool() ? choose_pool(sample) : 0;
+    if (stage == 2) {
+      if (has_pool()) finish_pool();
+      return pass_.set.merging ? 1 : 0;
+    }
     const float shrink = std::pow(static_cast<float>(sample + 1), 0.5f * (settings_.merge_alpha - 1.0f));
     const float radius_scale = settings_.merge_radius_px * shrink;
     pass_.radius_scale = radius_scale;
@@ -105,10 +115,16 @@ class Bidirectional final : public Integrator {
       RayCounts counts;
       aim_ =
           bidirectional::learn_aim<profile>(*scene_, settings_, pass_.set, film, typical_footprint_m_, cancel, counts);
+      if (pass_.set.connections) {
+        learned_ = bidirectional::learn_guide<profile>(*scene_, settings_, pass_, film, cancel, counts);
+        learned_guide_ = true;
+        if (!learned_.guide.empty()) pass_.guide = &learned_.guide;
+      }
       return counts;
     }
     if (pass_.set.shared_lights) return trace_shared(sample);
     if (stage == 0) return trace_photons(film, sample - 1, missing_[static_cast<size_t>(piece)], cancel);
+    if (stage == 1) return trace_chosen(sample, static_cast<size_t>(piece), cancel);
     std::vector<PhotonBatch*> batches;
     for (Tile& tile : tiles_) batches.push_back(&tile.batch);
     const float cell = k_cell_size * settings_.merge_radius_px * typical_footprint_m_;
@@ -122,8 +138,8 @@ class Bidirectional final : public Integrator {
     const KernelLoan loan(*this, film);
     Kernel& kernel = *loan.kernel;
     TileWriter writer(film, tile);
-    Tile* kept = pass_.set.merging ? &tiles_[static_cast<size_t>(tile)] : nullptr;
-    if (kept) kept->batch.clear();
+    Tile* kept = keeps_walks() ? &tiles_[static_cast<size_t>(tile)] : nullptr;
+    if (kept) kept->clear();
     bool whole = true, one_each = true;
     uint64_t paths = 0;
     const Rectangle& rectangle = film.tiles()[tile];
@@ -137,11 +153,7 @@ class Bidirectional final : public Integrator {
         }
         if (adaptive && !film.active(x, y)) {
           // A pixel that is done still leaves its photons: the map stands for all walks, whoever else needs them.
-          if (kept && leaves_photons(x, y)) {
-            enter(x, y, target_samples - 1);
-            kernel.light_sample(Sampler(settings_.seed, x, y, static_cast<uint32_t>(target_samples - 1)), &kept->batch,
-                                /*silent=*/true);
-          }
+          if (kept) leave_walk(kernel, *kept, x, y, target_samples - 1);
           continue;
         }
         const int64_t first = film.sample_count(x, y);
@@ -149,8 +161,10 @@ class Bidirectional final : public Integrator {
         for (int64_t sample = first; sample < target_samples; ++sample) {
           const Sampler sampler(settings_.seed, x, y, static_cast<uint32_t>(sample));
           enter(x, y, sample);
-          if (has_light_walks())
+          if (has_light_walks()) {
             kernel.light_sample(sampler, kept && leaves_photons(x, y) ? &kept->batch : nullptr, /*silent=*/false);
+            if (kept) note_worth(kernel, *kept, x, y);
+          }
           PassRecorder* const passes = kernel.passes();
           if (passes) passes->begin(x, y, static_cast<uint32_t>(sample), writer.next());
           const PathEstimate estimate = camera_sample(kernel, *scene_, sampler, x, y);
@@ -229,7 +243,12 @@ class Bidirectional final : public Integrator {
   static constexpr int64_t k_none = -2;  // -1 is the sample whose photons the first pass merges with
   struct Tile {
     PhotonBatch batch;
-    int64_t complete_sample = k_none;  ///< all of whose photons the batch holds
+    std::vector<bidirectional::PoolCandidate> walks;
+    int64_t complete_sample = k_none;  ///< all of whose photons and walks are here
+    void clear() {
+      batch.clear();
+      walks.clear();
+    }
   };
 
   void enter(int x, int y, int64_t sample) const {
@@ -242,6 +261,66 @@ class Bidirectional final : public Integrator {
   /// Before the first sample of this render, whichever that is: what is learned does not depend on it.
   bool learns_aim(int64_t sample) const { return sample == first_sample_ && pass_.set.light_walks(); }
 
+  bool has_pool() const { return pass_.guide != nullptr; }
+  /// Whether the light walks of a sample serve the next.
+  bool keeps_walks() const { return pass_.set.merging || (pass_.set.connections && (!learned_guide_ || has_pool())); }
+  bool is_candidate(int x, int y) const { return is_in_share(x, y, pool_share_); }
+  void note_worth(Kernel& kernel, Tile& kept, int x, int y) const {
+    if (has_pool() && is_candidate(x, y)) kept.walks.push_back({x, y, learned_.guide.worth(kernel.light_walk())});
+  }
+  /// Traces a walk for what it leaves to the next sample alone.
+  void leave_walk(Kernel& kernel, Tile& kept, int x, int y, int64_t sample) const {
+    const bool photons = pass_.set.merging && leaves_photons(x, y);
+    if (!photons && !(has_pool() && is_candidate(x, y))) return;
+    enter(x, y, sample);
+    kernel.light_sample(Sampler(settings_.seed, x, y, static_cast<uint32_t>(sample)), photons ? &kept.batch : nullptr,
+                        /*silent=*/true);
+    note_worth(kernel, kept, x, y);
+  }
+
+  /// Chooses light walks of the sample before by what they are worth. Returns in how many pieces they are traced again.
+  int choose_pool(int64_t sample) {
+    std::vector<bidirectional::PoolCandidate> candidates;
+    double worth = 0.0;
+    for (const Tile& tile : tiles_)
+      for (const bidirectional::PoolCandidate& walk : tile.walks) {
+        candidates.push_back(walk);
+        worth += walk.worth;
+      }
+    worth_of_walk_ = worth / static_cast<double>(candidates.size());
+    const Sampler sampler(settings_.seed, 0, -2, static_cast<uint32_t>(sample));
+    const size_t count = std::clamp(candidates.size() / k_candidates_of_vertex, k_least_pool, k_most_pool);
+    chosen_ = bidirectional::choose_walks(candidates, count, sampler.get_1d(0));
+    taken_.resize(chosen_.size());
+    while (pool_walks_.size() < chosen_.size())
+      pool_walks_.push_back(std::make_unique<LightWalk>(*scene_, bidirectional::walk_settings(settings_, pass_)));
+    return static_cast<int>((chosen_.size() + k_pool_piece - 1) / k_pool_piece);
+  }
+
+  RayCounts trace_chosen(int64_t sample, size_t piece, const CancelFlag& cancel) {
+    RayCounts counts;
+    const size_t end = std::min((piece + 1) * k_pool_piece, chosen_.size());
+    for (size_t i = piece * k_pool_piece; i < end; ++i) {
+      taken_[i].clear();
+      if (cancel.cancelled()) continue;
+      LightWalk& walk = *pool_walks_[i];
+      const uint64_t before = walk.rays();
+      enter(chosen_[i].x, chosen_[i].y, sample - 1);
+      walk.trace(Sampler(settings_.seed, chosen_[i].x, chosen_[i].y, static_cast<uint32_t>(sample - 1)));
+      counts.rays += walk.rays() - before;
+      learned_.guide.place(walk);
+      bidirectional::take_vertices(learned_.guide, walk, chosen_[i], worth_of_walk_, taken_[i]);
+    }
+    return counts;
+  }
+
+  void finish_pool() {
+    std::vector<bidirectional::VertexPool::Vertex> vertices;
+    for (const auto& some : taken_) vertices.insert(vertices.end(), some.begin(), some.end());
+    pool_.set(std::move(vertices), learned_.picks, learned_.guide);
+    pass_.pool = pool_.empty() ? nullptr : &pool_;
+  }
+
   bool has_light_walks() const { return pass_.set.connections || pass_.set.light_tracing || pass_.set.merging; }
 
   PathEstimate camera_sample(Kernel& kernel, const Scene& scene, const Sampler& sampler, int x, int y) const {
@@ -252,23 +331,22 @@ class Bidirectional final : public Integrator {
   }
 
   /// A pixel's light walks leave photons if its hash is below the share that keeps their number bounded.
-  bool leaves_photons(int x, int y) const {
-    return photon_share_ >= 1.0f ||
-           unit_float(hash_combine(hash_u32(static_cast<uint32_t>(x)), static_cast<uint32_t>(y))) < photon_share_;
+  bool leaves_photons(int x, int y) const { return pass_.set.merging && is_in_share(x, y, photon_share_); }
+  static bool is_in_share(int x, int y, float share) {
+    return share >= 1.0f ||
+           unit_float(hash_combine(hash_u32(static_cast<uint32_t>(x)), static_cast<uint32_t>(y))) < share;
   }
 
   RayCounts trace_photons(Film& film, int64_t sample, int tile, const CancelFlag& cancel) {
     const KernelLoan loan(*this, film);
     Kernel& kernel = *loan.kernel;
     Tile& kept = tiles_[static_cast<size_t>(tile)];
-    kept.batch.clear();
+    kept.clear();
     const Rectangle& r = film.tiles()[tile];
     for (int y = r.y; y < r.y + r.height; ++y)
       for (int x = r.x; x < r.x + r.width; ++x) {
         if (cancel.cancelled()) return kernel.take_counts();
-        if (!leaves_photons(x, y)) continue;
-        enter(x, y, sample);
-        kernel.light_sample(Sampler(settings_.seed, x, y, static_cast<uint32_t>(sample)), &kept.batch, /*silent=*/true);
+        leave_walk(kernel, kept, x, y, sample);
       }
     if (cancel.cancelled()) return kernel.take_counts();
     kept.complete_sample = sample;
@@ -310,6 +388,14 @@ class Bidirectional final : public Integrator {
   PhotonMap photons_;
   std::vector<std::unique_ptr<LightWalk>> shared_;
   std::vector<const LightWalk*> shared_view_;
+  bidirectional::LearnedGuide learned_;
+  bool learned_guide_ = false;
+  std::vector<bidirectional::ChosenWalk> chosen_;
+  std::vector<std::unique_ptr<LightWalk>> pool_walks_;                 ///< the chosen, traced again
+  std::vector<std::vector<bidirectional::VertexPool::Vertex>> taken_;  ///< of each
+  double worth_of_walk_ = 0.0;                                         ///< on average over the candidates
+  bidirectional::VertexPool pool_;
+  float pool_share_ = 1.0f;
   uint64_t merge_paths_ = 0;
   float photon_share_ = 1.0f;
   float typical_footprint_m_ = 0.0f;

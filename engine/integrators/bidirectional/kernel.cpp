@@ -15,6 +15,8 @@ namespace lambent::bidirectional {
 
 namespace {
 
+/// Steps of the golden section: each by itself is uniform.
+constexpr float k_golden = 0.61803399f;
 constexpr float k_tan_one_degree = 0.017455065f;
 /// Photons that one query looks at; where more lie around, a part stands for all.
 constexpr size_t k_most_photons = 2048;
@@ -254,10 +256,33 @@ void Kernel<profile>::add_shadow_linked(const Ray& ray) {
 // --- Techniques at a vertex of the camera walk ---------------------------------------------------------------------
 
 template <KernelProfile profile>
+float Kernel<profile>::first_connections(int region, int light_leaf) const {
+  return static_cast<float>(pass_.pool->picks()) * pass_.guide->chosen(region, light_leaf);
+}
+
+template <KernelProfile profile>
+void Kernel<profile>::place(const Here& here) {
+  if (!pass_.pool || !pass_.guide) return;
+  if (only_delta_) {
+    first_ = here.i;
+    region_ = pass_.guide->region_at(here.hit);
+    pdfs_.first_connections = 1.0f;
+  } else if (here.i == first_ + 1) {
+    pdfs_.first_connections = first_connections(region_, pass_.guide->light_leaf_at(here.hit));
+  }
+}
+
+template <KernelProfile profile>
 void Kernel<profile>::join(const Here& here, const Sampler& sampler, uint32_t event_index) {
+  place(here);
   if (!here.bsdf.has_non_delta()) return;
   if (pass_.set.next_event && !scene_.lights().empty(even_world(pass_.set))) next_event(here);
-  if (pass_.set.connections) connect(here, walk_, 1.0f);
+  if (pass_.set.connections) {
+    if (only_delta_ && pass_.pool)
+      connect_to_pool(here, sampler, event_index);
+    else
+      connect(here, walk_, 1.0f);
+  }
   if (pass_.set.shared_lights)
     for (const LightWalk* walk : pass_.shared_lights)
       connect(here, *walk, 1.0f / static_cast<float>(pass_.shared_lights.size()));
@@ -345,83 +370,112 @@ void Kernel<profile>::next_event(const Here& here) {
 
 template <KernelProfile profile>
 void Kernel<profile>::connect(const Here& here, const LightWalk& walk, float scale) {
+  for (int v = 0; v < walk.size(); ++v) {
+    // One number for all: which rays are left out need not be independent.
+    const float u = here.numbers.shadow_roulette + static_cast<float>(v) * k_golden;
+    connect(here, walk, walk[v], scale, u - std::floor(u));
+  }
+}
+
+template <KernelProfile profile>
+void Kernel<profile>::connect_to_pool(const Here& here, const Sampler& sampler, uint32_t event_index) {
+  const VertexPool& pool = *pass_.pool;
+  if (connected_) {
+    connected_->p_world = here.hit.p_world;
+    connected_->ng_world = here.hit.ng_world;
+    connected_->brought.clear();
+  }
+  float u = sampler.get_1d(bounce_dimension(event_index, k_dimension_connection));
+  float u_roulette = here.numbers.shadow_roulette;
+  for (int k = 0; k < pool.picks(); ++k) {
+    const VertexPool::Pick pick = pool.pick(region_, u);
+    const VertexPool::Vertex& picked = pool[pick.number];
+    if (pass_.guide) pdfs_.first_connections = first_connections(region_, (*picked).place);
+    const Color added = connect(here, *picked.walk, *picked, pick.scale, u_roulette);
+    if (connected_) connected_->brought.emplace_back(static_cast<uint32_t>(pick.number), luminance(abs(added)));
+    u += k_golden;
+    u -= std::floor(u);
+    u_roulette += k_golden;
+    u_roulette -= std::floor(u_roulette);
+  }
+}
+
+template <KernelProfile profile>
+Color Kernel<profile>::connect(const Here& here, const LightWalk& walk, const LightVertex& vertex, float scale,
+                               float u_roulette) {
   const EventCounts before = counts();
   const uint32_t kind = scattered_kind(here.bsdf);
-  for (int v = 0; v < walk.size(); ++v) {
-    const LightVertex& vertex = walk[v];
-    if (!vertex.bsdf.has_non_delta()) continue;
-    const int n = here.i + vertex.depth;
-    if (n - 1 > settings_.bounces.total || n - 1 > walk.traits().max_bounces) continue;
-    const int counted_at_light = vertex.depth >= 2 ? 1 : 0;
-    if (before.transparent + vertex.counts.transparent > settings_.bounces.transparent) continue;
-    const Vec3 offset = vertex.surface.p_world - here.hit.p_world;
-    const float distance = length(offset);
-    if (!(distance > 0.0f)) continue;
-    const Vec3 direction = offset * (1.0f / distance);
-    const BsdfEval scattered = eval(here.bsdf, here.point.wi_world, direction);
-    if (is_black(scattered.f_cos) || !(scattered.pdf_solid_angle > 0.0f)) continue;
-    const bool near = limits_are_near(settings_.bounces, before, vertex.counts, 1 + counted_at_light);
-    LightScatter at_light;
-    if (!walk.scatter(vertex, -direction, false, near, scratch_, at_light)) continue;
+  if (!vertex.bsdf.has_non_delta()) return Color(0.0f);
+  const int n = here.i + vertex.depth;
+  if (n - 1 > settings_.bounces.total || n - 1 > walk.traits().max_bounces) return Color(0.0f);
+  const int counted_at_light = vertex.depth >= 2 ? 1 : 0;
+  if (before.transparent + vertex.counts.transparent > settings_.bounces.transparent) return Color(0.0f);
+  const Vec3 offset = vertex.surface.p_world - here.hit.p_world;
+  const float distance = length(offset);
+  if (!(distance > 0.0f)) return Color(0.0f);
+  const Vec3 direction = offset * (1.0f / distance);
+  const BsdfEval scattered = eval(here.bsdf, here.point.wi_world, direction);
+  if (is_black(scattered.f_cos) || !(scattered.pdf_solid_angle > 0.0f)) return Color(0.0f);
+  const bool near = limits_are_near(settings_.bounces, before, vertex.counts, 1 + counted_at_light);
+  LightScatter at_light;
+  if (!walk.scatter(vertex, -direction, false, near, scratch_, at_light)) return Color(0.0f);
 
-    const float per_area = inverse_square(distance);
-    Color contribution = throughput_ * scattered.f_cos * at_light.f_cos * vertex.throughput * (per_area * scale);
-    if (near) {
-      const EventShares at_camera = here.bsdf.event_shares(here.point.wi_world, direction);
-      contribution *= share_within_limits(settings_.bounces, before, vertex.counts, &at_camera,
-                                          counted_at_light ? &at_light.shares : nullptr);
-    }
-    if (is_black(contribution) || !is_finite(contribution)) continue;
-
-    float weight = 1.0f;
-    pdfs_.n = n;
-    if (pass_.set.weighted()) {
-      pdfs_.reserve(n);
-      set_scatter(here, scattered);
-      pdfs_.light[here.i] = at_light.to_camera * std::fabs(dot(here.point.ng_world, direction)) * per_area;
-      append_light(pdfs_, here.i + 1, walk, vertex, at_light);
-      pdfs_.camera[here.i + 1] = scattered.pdf_solid_angle * std::fabs(dot(vertex.ng_world, direction)) * per_area;
-      weight = weigh(pdfs_, Technique::connection, here.i, reach_);
-    }
-    if (!(weight > 0.0f)) continue;
-    const float survival = max_component(abs(contribution)) * weight * threshold_scale_;
-    if (survival < 1.0f) {
-      // One number for all: which rays are left out need not be independent.
-      const float u = here.numbers.shadow_roulette + static_cast<float>(v) * 0.61803399f;
-      if (u - std::floor(u) >= survival) continue;
-      contribution /= survival;
-    }
-    if (pass_.clamp_connection > 0.0f) {
-      const float sum = std::fabs(contribution.x) + std::fabs(contribution.y) + std::fabs(contribution.z);
-      if (sum > pass_.clamp_connection) contribution *= pass_.clamp_connection / sum;
-    }
-    const Vec3 origin = offset_origin(here.hit.p_world, here.hit.p_error, here.hit.ng_world, direction);
-    const Vec3 target =
-        offset_origin(vertex.surface.p_world, vertex.surface.p_error, vertex.surface.ng_world, -direction);
-    bool depended = false;
-    contribution *= visibility(segment(origin, target, kind & k_visible_all), kind,
-                               before.transparent + vertex.counts.transparent, &depended);
-    if (depended && pass_.set.weighted()) {
-      pdfs_.light[here.i] = 0.0f;
-      weight = weigh(pdfs_, Technique::connection, here.i, reach_);
-    }
-    if (is_black(contribution)) continue;
-    const EventSequence walked = events_;
-    if (settings_.observer) {
-      events_.append(likeliest_event(here.bsdf, here.point.wi_world, direction));
-      events_.append(likeliest_event(vertex.bsdf, vertex.wi_world, -direction));
-      events_.append_packed(vertex.events, vertex.depth - 1);
-    }
-    const Color added = add(contribution, Technique::connection, weight, walk.light(), true);
-    events_ = walked;
-    if (!passes_) continue;
-    EventSequence light_side;
-    light_side.append(passes_->wants_events() ? passes_->event_at(vertex.bsdf, vertex.wi_world, -direction)
-                                              : static_cast<uint8_t>(k_scatter_diffuse));
-    light_side.append_packed(vertex.events, vertex.depth - 1);
-    passes_->joined(added, here.hit.instance, here.bsdf, here.point.wi_world, direction, Technique::connection,
-                    light_side, scene_.source_of(walk.light()), walk.traits().group, &walk, &parts_);
+  const float per_area = inverse_square(distance);
+  Color contribution = throughput_ * scattered.f_cos * at_light.f_cos * vertex.throughput * (per_area * scale);
+  if (near) {
+    const EventShares at_camera = here.bsdf.event_shares(here.point.wi_world, direction);
+    contribution *= share_within_limits(settings_.bounces, before, vertex.counts, &at_camera,
+                                        counted_at_light ? &at_light.shares : nullptr);
   }
+  if (is_black(contribution) || !is_finite(contribution)) return Color(0.0f);
+
+  float weight = 1.0f;
+  pdfs_.n = n;
+  if (pass_.set.weighted()) {
+    pdfs_.reserve(n);
+    set_scatter(here, scattered);
+    pdfs_.light[here.i] = at_light.to_camera * std::fabs(dot(here.point.ng_world, direction)) * per_area;
+    append_light(pdfs_, here.i + 1, walk, vertex, at_light);
+    pdfs_.camera[here.i + 1] = scattered.pdf_solid_angle * std::fabs(dot(vertex.ng_world, direction)) * per_area;
+    weight = weigh(pdfs_, Technique::connection, here.i, reach_);
+  }
+  if (!(weight > 0.0f)) return Color(0.0f);
+  const float survival = max_component(abs(contribution)) * weight * threshold_scale_;
+  if (survival < 1.0f) {
+    if (u_roulette >= survival) return Color(0.0f);
+    contribution /= survival;
+  }
+  if (pass_.clamp_connection > 0.0f) {
+    const float sum = std::fabs(contribution.x) + std::fabs(contribution.y) + std::fabs(contribution.z);
+    if (sum > pass_.clamp_connection) contribution *= pass_.clamp_connection / sum;
+  }
+  const Vec3 origin = offset_origin(here.hit.p_world, here.hit.p_error, here.hit.ng_world, direction);
+  const Vec3 target =
+      offset_origin(vertex.surface.p_world, vertex.surface.p_error, vertex.surface.ng_world, -direction);
+  bool depended = false;
+  contribution *= visibility(segment(origin, target, kind & k_visible_all), kind,
+                             before.transparent + vertex.counts.transparent, &depended);
+  if (depended && pass_.set.weighted()) {
+    pdfs_.light[here.i] = 0.0f;
+    weight = weigh(pdfs_, Technique::connection, here.i, reach_);
+  }
+  if (is_black(contribution)) return Color(0.0f);
+  const EventSequence walked = events_;
+  if (settings_.observer) {
+    events_.append(likeliest_event(here.bsdf, here.point.wi_world, direction));
+    events_.append(likeliest_event(vertex.bsdf, vertex.wi_world, -direction));
+    events_.append_packed(vertex.events, vertex.depth - 1);
+  }
+  const Color added = add(contribution, Technique::connection, weight, walk.light(), true);
+  events_ = walked;
+  if (!passes_) return added;
+  EventSequence light_side;
+  light_side.append(passes_->wants_events() ? passes_->event_at(vertex.bsdf, vertex.wi_world, -direction)
+                                            : static_cast<uint8_t>(k_scatter_diffuse));
+  light_side.append_packed(vertex.events, vertex.depth - 1);
+  passes_->joined(added, here.hit.instance, here.bsdf, here.point.wi_world, direction, Technique::connection,
+                  light_side, scene_.source_of(walk.light()), walk.traits().group, &walk, &parts_);
+  return added;
 }
 
 template <KernelProfile profile>
@@ -476,6 +530,8 @@ void Kernel<profile>::merge(const Here& here, const Sampler& sampler, uint32_t e
         do --record;
         while (record->depth != d);
         if (d == 0) break;
+        if (pass_.pool && pass_.guide && d == depth - 1 && here.i == first_)
+          pdfs_.first_connections = first_connections(region_, record->flags >> k_record_place_shift);
         pdfs_.light[i] = record->own;
         pdfs_.camera[i] = d == depth - 1 ? scattered.pdf_solid_angle * previous : record->other;
         pdfs_.flags[i] = static_cast<uint8_t>((record->flags & k_record_connectible ? k_connectible : 0) |
@@ -527,6 +583,8 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
   depended_ = false;
   only_transparent_ = only_delta_ = true;
   pdfs_.n = 0;
+  first_ = region_ = 0;
+  pdfs_.first_connections = 1.0f;
   last_.p_world = camera_ray.origin;
   Ray ray{camera_ray.origin, camera_ray.t_min, camera_ray.direction, camera_ray.t_max, k_visible_camera};
   RayCone cone{camera_ray.width_m, camera_ray.spread};

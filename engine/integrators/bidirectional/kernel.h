@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "engine/integrators/bidirectional/vertex_pool.h"
 #include "engine/integrators/integrator.h"
 #include "engine/integrators/passes.h"
 #include "engine/path/light_walk.h"
@@ -15,6 +16,12 @@
 
 namespace lambent::bidirectional {
 
+/// What connections to the pool bring, for who learns.
+struct ConnectionLog {
+  Vec3 p_world{0.0f}, ng_world{0.0f};               ///< from where
+  std::vector<std::pair<uint32_t, float>> brought;  ///< number in the pool, luminance
+};
+
 /// What all walks of a pass share. Immutable while it runs.
 struct Pass {
   TechniqueSet set;
@@ -22,8 +29,10 @@ struct Pass {
   const EmissionAim* aim = nullptr;                 ///< of light walks; null: none
   const PhotonMap* photons = nullptr;               ///< merging
   std::span<const LightWalk* const> shared_lights;  ///< VPL: walks that every pixel connects to
-  float radius_scale = 0.0f;                        ///< merge radius over the pixel's footprint at x_1
-  float radius_limit_m = 0.0f;                      ///< largest merge radius
+  const VertexPool* pool = nullptr;        ///< what the first connectible vertex connects to; null: to the own walk
+  const ConnectionGuide* guide = nullptr;  ///< of the pool; null: all of it is as likely
+  float radius_scale = 0.0f;               ///< merge radius over the pixel's footprint at x_1
+  float radius_limit_m = 0.0f;             ///< largest merge radius
   bool correlation_aware = true;
   float clamp_connection = 0.0f;  ///< VPL: largest sum of R, G, B of one connection; 0: none
 };
@@ -59,6 +68,8 @@ class Kernel {
   const LightWalk& light_walk() const { return walk_; }
   /// From now on the records (PhotonRecord) of what is merged are appended, with the luminance that each adds.
   void note_merged(std::vector<std::pair<uint32_t, float>>* merged) { merged_ = merged; }
+  /// From now on connections to the pool are noted.
+  void note_connected(ConnectionLog* connected) { connected_ = connected; }
   /// Follows the camera walks; null: there are no passes.
   PassRecorder* passes() { return passes_ ? &*passes_ : nullptr; }
 
@@ -94,6 +105,10 @@ class Kernel {
   bool meets(LinkSets linked) const {
     return meets_linked(scene_, linked, (bounces_.ray_kind & k_ray_camera) != 0, last_.instance);
   }
+  /// Looks up for weights what the vertex is to the guide.
+  void place(const Here& here);
+  /// PathPdfs::first_connections of a path whose vertex after the first connectible one lies there.
+  float first_connections(int region, int light_leaf) const;
   /// Joins the vertex to lights, light walks and photons, as far as the techniques do.
   void join(const Here& here, const Sampler& sampler, uint32_t event_index);
   /// Of the camera walk's surface; with passes parts_ too.
@@ -101,6 +116,9 @@ class Kernel {
   BsdfSample sample(const Bsdf& bsdf, const Vec3& wi_world, const EventNumbers& numbers);
   void next_event(const Here& here);
   void connect(const Here& here, const LightWalk& walk, float scale);
+  void connect_to_pool(const Here& here, const Sampler& sampler, uint32_t event_index);
+  /// Returns what it adds.
+  Color connect(const Here& here, const LightWalk& walk, const LightVertex& vertex, float scale, float u_roulette);
   void merge(const Here& here, const Sampler& sampler, uint32_t event_index);
   void connect_to_lens(const LightWalk& walk, const LightVertex& vertex, const Vec2& u_lens, float u_roulette);
 
@@ -156,6 +174,7 @@ class Kernel {
   std::optional<PassRecorder> passes_;
   EvalParts parts_;  ///< with passes: of the newest evaluation on the camera walk
   std::vector<std::pair<uint32_t, float>>* merged_ = nullptr;
+  ConnectionLog* connected_ = nullptr;
 
   // The camera walk under way.
   PathEstimate estimate_;
@@ -163,6 +182,8 @@ class Kernel {
   BounceState bounces_;
   Last last_;
   MergeReach reach_;
+  int first_ = 0;  ///< number of the first connectible vertex, and the guide's region there
+  int region_ = 0;
   int m_ = 0;  ///< scattering vertices so far
   int pixel_x_ = 0, pixel_y_ = 0;
   uint32_t first_instance_ = ~0u;

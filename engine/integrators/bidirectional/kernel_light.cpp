@@ -41,6 +41,11 @@ void Kernel<profile>::connect_to_lens(const LightWalk& walk, const LightVertex& 
   if (pass_.set.weighted()) {
     lens_pdfs_.reserve(vertex.depth);
     append_light(lens_pdfs_, 1, walk, vertex, at_light);
+    if (pass_.pool && pass_.guide && vertex.depth > 1) {
+      const LightVertex* before = &vertex;
+      while (before->depth == vertex.depth) --before;
+      lens_pdfs_.first_connections = first_connections(pass_.guide->region_at(vertex.surface), before->place);
+    }
     lens_pdfs_.camera[1] = lens.importance_px2_per_m2 * std::fabs(dot(vertex.ng_world, lens.direction_world));
     weight = weigh(lens_pdfs_, Technique::light_tracing, 0, reach_at(vertex.surface.p_world));
   }
@@ -135,6 +140,7 @@ void Kernel<profile>::light_sample(const Sampler& sampler, PhotonBatch* batch, b
   const uint64_t rays_before = walk_.rays();
   walk_.trace(sampler);
   counts_.rays += walk_.rays() - rays_before;
+  if (pass_.guide) pass_.guide->place(walk_);
   if (pass_.set.light_tracing && !silent) {
     m_ = 0;
     bounces_ = {};

@@ -9,6 +9,7 @@
 #include <mutex>
 
 #include "engine/base/hash.h"
+#include "engine/integrators/bidirectional/picture_samples.h"
 
 namespace lambent::bidirectional {
 
@@ -176,13 +177,7 @@ class Pilot {
     std::vector<std::pair<uint32_t, float>> merged;
     kernel.note_merged(&merged);
     for (int i = number * k_piece; i < (number + 1) * k_piece && !cancel_.cancelled(); ++i) {
-      // Evenly over the picture by two irrational steps (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom
-      // Sequences").
-      const auto step = [&](double by, int extent) {
-        return std::min(static_cast<int>((i * by - std::floor(i * by)) * extent), extent - 1);
-      };
-      const int x = region_.x + step(0.7548776662466927, region_.width);
-      const int y = region_.y + step(0.5698402909980532, region_.height);
+      const auto [x, y] = spread_pixel(region_, i);
       const Sampler sampler(seed_, x, y, static_cast<uint32_t>(round + 1));
       const Vec2 raster(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
       const Vec2 lens = scene_.profile().depth_of_field ? sampler.get_2d(k_dimension_lens) : Vec2(0.0f);

@@ -223,7 +223,6 @@ class GuidePilot {
     if (!(of_pick > 0.0)) return 1;
     const double rays = static_cast<double>(rays_) / static_cast<double>(views.size()) - 0.5 * k_trials;
     const double best = std::sqrt(of_pick / std::max(of_rest, 1e-6 * of_pick) * std::max(rays, 1.0) / k_rays_of_pick);
-              rays, best);
     return static_cast<int>(std::lround(std::clamp(best, 1.0, k_most_picks)));
   }
 

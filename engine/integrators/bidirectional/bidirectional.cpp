@@ -20,7 +20,7 @@ constexpr int k_most_light_vertices = 100;
 constexpr uint64_t k_most_merge_paths = 1u << 20;
 /// Light walks of a pass among which the pool is chosen at most, and how many vertices it has.
 constexpr uint64_t k_most_pool_paths = 1u << 16;
-constexpr size_t k_least_pool = 64, k_most_pool = 1024, k_candidates_of_vertex = 16;
+constexpr size_t k_least_pool = 64, k_most_pool = 256, k_candidates_of_vertex = 128;
 constexpr size_t k_pool_piece = 64;
 /// Merge radii and cells of the photon map over the radius at a typical first hit.
 constexpr float k_largest_radius = 3.0f, k_cell_size = 2.0f;
@@ -281,12 +281,11 @@ class Bidirectional final : public Integrator {
   /// Chooses light walks of the sample before by what they are worth. Returns in how many pieces they are traced again.
   int choose_pool(int64_t sample) {
     std::vector<bidirectional::PoolCandidate> candidates;
+    for (const Tile& tile : tiles_) candidates.insert(candidates.end(), tile.walks.begin(), tile.walks.end());
+    // What is chosen must not depend on tiles.
+    std::ranges::sort(candidates, {}, [](const bidirectional::PoolCandidate& c) { return std::pair(c.y, c.x); });
     double worth = 0.0;
-    for (const Tile& tile : tiles_)
-      for (const bidirectional::PoolCandidate& walk : tile.walks) {
-        candidates.push_back(walk);
-        worth += walk.worth;
-      }
+    for (const bidirectional::PoolCandidate& candidate : candidates) worth += candidate.worth;
     worth_of_walk_ = worth / static_cast<double>(candidates.size());
     const Sampler sampler(settings_.seed, 0, -2, static_cast<uint32_t>(sample));
     const size_t count = std::clamp(candidates.size() / k_candidates_of_vertex, k_least_pool, k_most_pool);

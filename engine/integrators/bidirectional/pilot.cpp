@@ -9,6 +9,7 @@
 #include <mutex>
 
 #include "engine/base/hash.h"
+#include "engine/sampling/dimension.h"
 
 namespace lambent::bidirectional {
 
@@ -29,6 +30,8 @@ constexpr double k_worthwhile = 0.5;
 constexpr double k_enough_walks = 300.0;
 /// Of the sphere around the scene: the smallest target.
 constexpr float k_least_target = 1e-3f;
+/// A scene is far larger than what is seen if its radius is so many times the distance to that.
+constexpr float k_far_larger = 10.0f;
 
 /// A light walk.
 struct Start {
@@ -99,7 +102,7 @@ class Pilot {
   }
 
   EmissionAim learn() {
-    EmissionAim aim;
+    EmissionAim aim = first_aim();
     for (int round = 0; round < k_rounds; ++round) {
       const bool last = round + 1 == k_rounds;
       pass_.aim = &aim;
@@ -115,6 +118,29 @@ class Pilot {
   }
 
  private:
+  /// Where nearly all of the scene lies far from what is seen, hardly a walk from a sun or world arrives there by
+  /// itself.
+  EmissionAim first_aim() const {
+    std::vector<Vec3> seen = points_seen(scene_);
+    const auto distance = [&](const Vec3& p) { return length(p - scene_.camera().origin()); };
+    if (seen.empty()) return {};
+    std::sort(seen.begin(), seen.end(), [&](const Vec3& l, const Vec3& r) { return distance(l) < distance(r); });
+    if (!(lights_.scene_radius() > k_far_larger * distance(seen[seen.size() / 2]))) return {};
+    std::vector<EmissionArrival> arrivals;
+    for (size_t i = 0; i < seen.size(); ++i) {
+      const Sampler sampler(seed_, 1, 0, static_cast<uint32_t>(i));
+      const EmissionSample start =
+          lights_.sample_emission(sampler.get_2d(k_dimension_emitter), sampler.get_2d(k_dimension_emitter_direction));
+      if (start && is_infinite(start.light)) arrivals.push_back({start.light, true, seen[i], 1.0f});
+    }
+    return EmissionAim(arrivals, k_least_target * lights_.scene_radius());
+  }
+
+  bool is_infinite(LightIndex light) const {
+    const LightKind kind = lights_.kind(light);
+    return kind == LightKind::sun || kind == LightKind::environment;
+  }
+
   /// Returns the light walks with what each was worth.
   std::vector<Start> run_round(int round, int camera_walks) {
     const float radius_px = std::max(k_least_radius_px, static_cast<float>(1.5 * std::sqrt(pixels_ / camera_walks)));
@@ -157,12 +183,10 @@ class Pilot {
       kernel.light_sample(Sampler(seed_, 0, round, static_cast<uint32_t>(i)), &piece.batch, /*silent=*/true);
       const LightWalk& walk = kernel.light_walk();
       if (walk.size() == 0) continue;
-      const LightKind kind = lights_.kind(walk.light());
       start.n_light = walk.start().n_light_world;
       start.direction = walk.start().direction_world;
       start.distance_m = length(walk[0].surface.p_world - walk.start().p_light_world);
-      start.arrival = {walk.light(), kind == LightKind::sun || kind == LightKind::environment, walk[0].surface.p_world,
-                       0.0f};
+      start.arrival = {walk.light(), is_infinite(walk.light()), walk[0].surface.p_world, 0.0f};
       piece.starts.push_back(start);
     }
     add_counts(kernel);
@@ -221,6 +245,21 @@ class Pilot {
 };
 
 }  // namespace
+
+std::vector<Vec3> points_seen(const Scene& scene) {
+  constexpr int k_side = 16;
+  std::vector<Vec3> points;
+  const Camera& camera = scene.camera();
+  for (int i = 0; i < k_side * k_side; ++i) {
+    const Vec2 raster((static_cast<float>(i % k_side) + 0.5f) / k_side * static_cast<float>(camera.width_px()),
+                      (static_cast<float>(i / k_side) + 0.5f) / k_side * static_cast<float>(camera.height_px()));
+    const CameraRay ray = camera.sample_ray(raster, {0.5f, 0.5f});
+    Hit hit;
+    if (scene.geometry().intersect({ray.origin, ray.t_min, ray.direction, ray.t_max, k_visible_camera}, hit))
+      points.push_back(scene.geometry().surface(hit).p_world);
+  }
+  return points;
+}
 
 template <KernelProfile profile>
 EmissionAim learn_aim(const Scene& scene, const IntegratorSettings& settings, const TechniqueSet& set, Film& film,

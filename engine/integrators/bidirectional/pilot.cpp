@@ -85,6 +85,7 @@ class Pilot {
         pixels_(static_cast<double>(region_.width) * region_.height),
         light_walks_(static_cast<int>(std::clamp(0.5 * pixels_, 1.0 * k_least_walks, 1.0 * k_most_walks)) / k_piece *
                      k_piece),
+        camera_walks_(light_walks_ / 2),
         seed_(hash_u32(settings.seed ^ 0x5bd1e995u)) {
     settings_.observer = nullptr;
     settings_.passes = nullptr;
@@ -102,16 +103,20 @@ class Pilot {
   }
 
   EmissionAim learn() {
-    EmissionAim aim = first_aim();
+    const EmissionAim first = first_aim();
+    if (!first.empty()) light_walks_ = k_most_walks;  // most still miss
+    EmissionAim aim = first;
     for (int round = 0; round < k_rounds; ++round) {
       const bool last = round + 1 == k_rounds;
       pass_.aim = &aim;
-      std::vector<Start> starts = run_round(round, light_walks_ / (last ? 2 : 4));
+      std::vector<Start> starts = run_round(round, camera_walks_ / (last ? 1 : 2));
       if (cancel_.cancelled()) return {};
       std::vector<EmissionArrival> arrivals;
       for (const Start& start : starts) arrivals.push_back(start.arrival);
       aim = EmissionAim(arrivals, k_least_target * lights_.scene_radius());
+      if (aim.empty()) aim = first;
       const Judgement judged = judge(lights_, aim, starts);
+      if (judged.walks == 0.0 && !first.empty()) continue;  // nothing was learned
       if (judged.noise > k_worthwhile && (last || judged.walks > k_enough_walks)) return {};
     }
     return aim;
@@ -125,7 +130,9 @@ class Pilot {
     const auto distance = [&](const Vec3& p) { return length(p - scene_.camera().origin()); };
     if (seen.empty()) return {};
     std::sort(seen.begin(), seen.end(), [&](const Vec3& l, const Vec3& r) { return distance(l) < distance(r); });
-    if (!(lights_.scene_radius() > k_far_larger * distance(seen[seen.size() / 2]))) return {};
+    const float far = k_far_larger * distance(seen[seen.size() / 2]);
+    if (!(lights_.scene_radius() > far)) return {};
+    std::erase_if(seen, [&](const Vec3& p) { return distance(p) > far; });
     std::vector<EmissionArrival> arrivals;
     for (size_t i = 0; i < seen.size(); ++i) {
       const Sampler sampler(seed_, 1, 0, static_cast<uint32_t>(i));
@@ -239,7 +246,8 @@ class Pilot {
   RayCounts& counts_;
   std::mutex counts_mutex_;
   const double pixels_;
-  const int light_walks_;
+  int light_walks_;
+  const int camera_walks_;  ///< of the last round
   const uint32_t seed_;
   Pass pass_;
 };

@@ -108,7 +108,8 @@ Result<std::unique_ptr<Integrator>> make_integrator(const std::string& name, std
 /// Names that make_integrator knows.
 std::vector<std::string> integrator_names();
 /// Says what of the scene's light an integrator cannot find: those whose light walks do it all lose lights that start
-/// none, and those without whole camera walks what scatters under surfaces.
+/// none and suns over scenes far larger than what is seen, and those without whole camera walks what scatters under
+/// surfaces.
 void report_lost_light(const std::string& name, const Scene& scene, Report& report);
 /// FilmSettings::splat_unit for that integrator and scene: 0 if it makes no splats.
 double splat_unit(const std::string& name, const Scene& scene, float exposure);

@@ -499,7 +499,7 @@ void Kernel<profile>::merge(const Here& here, const Sampler& sampler, uint32_t e
     const LightIndex light = first->depth == 0 ? first->light : k_no_light;
     const Color added = add(contribution, Technique::merging, weight, light, true);
     events_ = walked;
-    if (merged_) merged_->emplace_back(photon.record, luminance(abs(added)));
+    if (merged_ && n >= pass_.set.first_light_tracing) merged_->emplace_back(photon.record, luminance(abs(added)));
     if (!passes_ || light == k_no_light) return;
     EventSequence light_events;
     light_events.append_packed(passes_->wants_events() ? photons.events(photon.record) : 0, depth - 1);

@@ -39,6 +39,12 @@ float size_over_distance(const Scene& scene) {
   return *middle > 0.0f ? scene.lights().scene_radius() / *middle : 0.0f;
 }
 
+/// Whether light walks start from suns or the world: these come last of what sample_emission's first number chooses.
+bool walks_start_far_away(const LightSet& lights) {
+  const EmissionSample last = lights.sample_emission({0x1.fffffep-1f, 0.5f}, Vec2(0.5f));
+  return last && (lights.kind(last.light) == LightKind::sun || lights.kind(last.light) == LightKind::environment);
+}
+
 }  // namespace
 
 void report_lost_light(const std::string& name, const Scene& scene, Report& report) {
@@ -52,7 +58,7 @@ void report_lost_light(const std::string& name, const Scene& scene, Report& repo
   if (set->next_event) return;
   // Rounding keeps aims from being narrower than a thousandth of the scene.
   constexpr float k_hardly_met = 1e4f;
-  if (const float size = scene.lights().has_infinite_lights() ? size_over_distance(scene) : 0.0f; size > k_hardly_met)
+  if (const float size = walks_start_far_away(scene.lights()) ? size_over_distance(scene) : 0.0f; size > k_hardly_met)
     report.warning("lost_light", name,
                    fmt::format("{} hardly finds the light of suns and world: the scene is {:.0f} times larger than the "
                                "distance to what the camera sees. PT, BPT and VCM do; or move what lies so far away.",

@@ -76,8 +76,9 @@ def test_samples_end_a_render_before_its_time_limit(scene, tmp_path):
 
 @pytest.mark.parametrize("integrator", ["BPT", "VCM"])
 def test_an_integrator_of_choice_renders_the_same_light_by_its_own_way(scene, tmp_path, integrator):
-    for name, chosen in (("a", "PT"), ("b", integrator)):
-        done = lambent("render", scene, "-o", tmp_path / f"{name}.exr", "--integrator", chosen, "--samples", 64)
+    # Of seeds of their own: direct light is found by the same numbers in both, and would be the same but for rounding.
+    for name, chosen, seed in (("a", "PT", 1), ("b", integrator, 2)):
+        done = lambent("render", scene, "-o", tmp_path / f"{name}.exr", "--integrator", chosen, "--samples", 64, "--seed", seed)
         assert done.returncode == 0, done.stderr
         assert entry(tmp_path / f"{name}.exr", "integrator") == chosen
     compared = lambent("diff", tmp_path / "a.exr", tmp_path / "b.exr", "--failing-tiles", 0)

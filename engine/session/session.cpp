@@ -56,6 +56,10 @@ IntegratorSettings integrator_settings(const description::Settings& settings, co
       break;
   }
   result.film_transparent = settings.film_transparent;
+  if (settings.film_transparent && settings.film_transparent_glass)
+    result.see_through_alpha = settings.film_transparent_roughness > 0.0f
+                                   ? settings.film_transparent_roughness * settings.film_transparent_roughness
+                                   : 0.0f;
   result.exposure = settings.exposure;
   result.clamp_direct = settings.clamp_direct;
   result.clamp_indirect = settings.clamp_indirect;
@@ -153,11 +157,12 @@ std::string render_identity(const description::Settings& settings) {
   std::string passes;  // the film knows their names and forms
   for (const description::Pass& pass : settings.passes) passes += fmt::format(" {} '{}'", pass.kind, pass.argument);
   return fmt::format(
-      "{} seed {} filter {} {} size {}x{} bounces {} {} {} {} {} transparent {} exposure {} camera {} passes{}",
+      "{} seed {} filter {} {} size {}x{} bounces {} {} {} {} {} transparent {} {} exposure {} camera {} passes{}",
       settings.integrator, settings.seed, static_cast<int>(settings.pixel_filter), settings.filter_width_px,
       settings.width, settings.height, settings.max_bounces, settings.diffuse_bounces, settings.glossy_bounces,
-      settings.transmission_bounces, settings.transparent_bounces, settings.film_transparent, settings.exposure,
-      settings.camera, passes);
+      settings.transmission_bounces, settings.transparent_bounces, settings.film_transparent,
+      settings.film_transparent_glass ? settings.film_transparent_roughness : -1.0f, settings.exposure, settings.camera,
+      passes);
 }
 
 }  // namespace

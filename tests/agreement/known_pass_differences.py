@@ -1,0 +1,118 @@
+"""Differences of passes that are known: why, and how large each may be. A pass that differs otherwise, or by more, fails.
+
+`tiles` bounds the share of tests (tiles times channels) that differ by over 1%, `mean` by how much the picture's mean differs, what four
+standard errors explain left out; both in percent, a third more than measured with 120 to 240 pixels across (small pictures have more
+of their tiles at edges). Between integrators passes are named as compare_passes has them: quotients times what they were divided by.
+"""
+
+from typing import NamedTuple
+
+
+class Known(NamedTuple):
+    why: str
+    tiles: float
+    mean: float
+
+
+def _all(why, bounds):
+    """{pass: Known} from {pass: (tiles, mean)}."""
+    return {name: Known(why, *bound) for name, bound in bounds.items()}
+
+
+# --- PT against Cycles -----------------------------------------------------------------------------------------------------------
+
+k_any_cycles = {
+    **_all("of the middle of the pixel; Cycles takes the first sample, wherever it fell", {"Depth": (8, 0.5)}),
+    **_all(
+        "the same, and found behind half-transparent surfaces, where Cycles' first sample may have been scattered before it got there",
+        {"Position": (15, 7), "Material Index": (15, 3), "Object Index": (15, 3)}),
+    **_all(
+        "behind half-transparent surfaces weighted by what is seen; Cycles counts every sample that got there alike",
+        {"Normal": (20, 3), "UV": (21, 4)}),
+    **_all("weighted by opacity; Cycles adds the AOVs of half-transparent surfaces in full", {"tint": (21, 4), "amount": (30, 38)}),
+    **_all(
+        "of the first surface; Cycles goes on through mirrors and glass, and counts depth from the near clipping plane",
+        {"Denoising Albedo": (50, 25), "Denoising Normal": (50, 20), "Denoising Depth": (100, 10)}),
+}  # fmt: skip
+k_cycles_3 = {
+    **k_any_cycles,
+    **_all(
+        "Cycles before 4.0 gives weights without the Fresnel term, and what is divided by them accordingly",
+        {"Glossy Color": (20, 95), "Glossy Direct": (15, 56), "Glossy Indirect": (15, 67)}),
+    **_all("light received over that without shadows, by its strength; Cycles counts samples of lights alike", {"Shadow": (95, 29)}),
+    **_all(
+        "Cycles 3 samples GGX normals for clearcoats but counts with the density of GTR1 ones: what they sample, the diffuse part "
+        "included, comes out up to 4% dark",
+        {"Combined": (5, 0.3), "Diffuse Direct": (5, 0.5)}),
+    "Combined_sky": Known("the same", 10, 0.5),
+}  # fmt: skip
+k_cycles_4 = {
+    **k_any_cycles,
+    **_all("of coats the albedo is estimated otherwise; what is divided by it accordingly", {"Glossy Color": (20, 4.5)}),
+}  # fmt: skip
+k_cycles_5 = {
+    **k_cycles_4,
+    "Denoising Depth": Known("of the first surface, 0 where there is none; Cycles 5.2 has 1e37 there", 100, float("inf")),
+}
+
+
+def of_cycles(version):
+    """{pass: Known} of PT against Cycles in a Blender of a version such as "3.4.1"."""
+    return {"3": k_cycles_3, "4": k_cycles_4}.get(version.partition(".")[0], k_cycles_5)
+
+
+# --- Integrators against PT ------------------------------------------------------------------------------------------------------
+
+k_groups = ("keys", "rim", "signs", "sky")
+k_rare = (
+    "few light paths bring it and they are bright (over rough glass or gloss of alpha 0.04, on which light arrives by chance): most batches "
+    "have hardly any and look alike, so that the test takes them for sure. LT's Combined_rim in tile (192, 64) is 2e-6 to 0.005 in seven "
+    "batches and 0.056 in one, PT's 0.037"
+)
+k_by_bpt = "of two noisy pictures, the one without shadows made by BPT's techniques"
+k_blur = (
+    "photons are gathered over edges: at the 120 px wide picture's leaf 0.933 +- 0.006 of PT's, with a quarter of the radius 0.989 +- 0.016; "
+    "inside of surfaces nothing differs (floor: 0.999 +- 0.002)"
+)
+k_rare_in_pt = {
+    **_all(
+        "PT undersamples it: in tile (80, 0) it is 1.6e-5 in 8 batches of 64 samples and 5.1e-5 in 8,192 samples, where BPT, BPM and VCM "
+        "have 4.2e-5 to 4.5e-5 at once",
+        {"Caustics Indirect": (2, 5)}),
+    "Shadow Difference_keys": Known(
+        "PT undersamples it: in tile (176, 48) it is 1.5e-4 +- 0.3e-4 in 512 samples and 2.5e-4 +- 0.2e-4 in 12,288, where BPT has 2.5e-4 "
+        "and 2.8e-4",
+        0.3, 0,
+    ),
+    "Shadow Ratio_signs x Without Shadow_signs": Known(
+        "a quotient by 0 is 0, and so is the product: with 64 samples PT's has 0.7 of its own Combined_signs in tile (128, 32), which "
+        "itself agrees; splats leave fewer pixels without",
+        3, 0.5,
+    ),
+}  # fmt: skip
+# Where splats reach a pixel in which no sample met any of a colour, that reads 1/1024 in place of 0, so that products give back the sums.
+k_splats = _all(
+    "where splats reach a pixel in which no sample met the colour, that reads 1/1024 and not 0",
+    {"Diffuse Color": (1, 0.05), "Glossy Color": (1, 0.05), "Transmission Color": (10, 0.05)})  # fmt: skip
+k_gathered = {
+    **k_rare_in_pt,
+    **_all(k_rare, {"Caustics Indirect": (2, 30), "Combined_keys": (2, 2), "Combined_signs": (9, 3), "Glossy Indirect x Glossy Color": (6, 3)}),
+    **_all(k_rare, {f"Shadow Ratio_{group} x Without Shadow_{group}": (8, 4) for group in k_groups}),
+    **_all(k_by_bpt, {"Shadow Difference": (3, 400)}),
+    **_all(k_by_bpt, {f"Shadow Difference_{group}": (10, 400) for group in k_groups}),
+}
+k_integrators = {
+    "LT": {**k_gathered, **k_splats, **_all(k_rare, {"Combined_rim": (2, 15), "Transmission Indirect x Transmission Color": (2, 10)})},
+    "PPM": {
+        **k_gathered,
+        **_all(k_blur, {"Combined": (2, 0.5), "Combined_sky": (2, 0.5), "Diffuse Direct x Diffuse Color": (2, 0.5), "Shadow Ratio x Without Shadow": (2, 0.5)}),
+    },
+    "BPM": {**k_gathered, **_all(k_rare, {"Diffuse Indirect x Diffuse Color": (0.3, 1)})},
+    "BPT": {**k_rare_in_pt, **k_splats},
+    "VCM": {**k_rare_in_pt, **k_splats},
+}
+
+
+def of_integrator(name):
+    """{pass: Known} of an integrator against PT."""
+    return k_integrators.get(name, k_rare_in_pt)

@@ -1,0 +1,56 @@
+"""Holdouts, masks, layers, catchers and transparent glass: small pictures of tests/scenes/make_matte_cases.py against Cycles."""
+
+import os
+import shutil
+
+import known_pass_differences
+import pytest
+from test_passes_with_cycles import blender_runs, compare_passes
+
+pytestmark = pytest.mark.skipif(shutil.which(os.environ.get("BLENDER", "blender").split()[0]) is None, reason="no Blender")
+
+k_cases = (
+    "transparent_glass", "holdout_shader", "holdout_shader_opaque", "holdout_objects", "indirect_only", "ray_kinds", "layers",
+    "catcher_area", "catcher_environment", "catcher_caustic",
+)  # fmt: skip
+
+
+# Cycles before 4.0 gives weights without the Fresnel term for the glossy colour, as known_pass_differences.py has it.
+k_known = {name: known for name, known in known_pass_differences.k_cycles_3.items() if name.startswith("Glossy")}
+
+
+def rendered(case, folder, batches=6):
+    """Returns Cycles' and PT's {layer: {pass: batches}} of a case, and what Blender said while PT rendered."""
+    scene = blender_runs.own_scene("matte_cases", folder, case)
+    cycles, _, _ = blender_runs.render_layers(scene, "CYCLES", range(1, 1 + batches), 32, 96, folder / "cycles")
+    lambent, _, run = blender_runs.render_layers(scene, "LAMBENT", range(1001, 1001 + batches), 32, 96, folder / "lambent")
+    return cycles, lambent, run.log
+
+
+def with_direct_in_indirect(pictures):
+    """Returns {layer: {pass: batches}} in which what was direct is in the indirect passes: what is seen through clear glass is direct
+    in Lambent, as behind transparent surfaces, and for Cycles one bounce on."""
+    found = {}
+    for layer, passes in pictures.items():
+        found[layer] = {name: values for name, values in passes.items() if not name.endswith("Direct")}
+        for name in passes:
+            if name.endswith("Direct"):
+                found[layer][f"{name[:-6]}Indirect"] = passes[name] + passes[f"{name[:-6]}Indirect"]
+    return found
+
+
+@pytest.mark.parametrize("case", k_cases)
+def test_each_case_is_the_picture_of_cycles(tmp_path, case):
+    cycles, lambent, log = rendered(case, tmp_path)
+    assert "not support" not in log, log
+    if case == "transparent_glass":
+        cycles, lambent = with_direct_in_indirect(cycles), with_direct_in_indirect(lambent)
+    rows, bad = compare_passes.compare(cycles, lambent, 16, k_known)
+    assert len(rows) >= 2 and not bad, "\n".join(" | ".join(row) for row in rows if row[-1])
+    alpha = lambent["ViewLayer"]["Combined"][..., 3].mean(axis=0)
+    if case.startswith("holdout") or case == "transparent_glass":
+        assert 0.01 < (alpha < 0.5).mean() < 0.95, "there are holes"
+    if case == "layers":
+        assert set(lambent) == {"ViewLayer", "Override", "Bare", "Holes", "Nothing"}
+        for empty in ("Bare", "Holes", "Nothing"):
+            assert not lambent[empty]["Combined"].any(), empty

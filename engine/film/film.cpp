@@ -206,6 +206,7 @@ float* Film::read_channels(size_t pixel, const std::vector<bool>& wanted, float*
           if (channel.total) value *= count;
           to[k] = static_cast<float>(value);
         }
+        if (c == 0 && channel.components == 4) to[3] = std::max(to[3], 0.0f);
         if (channel.catcher) add_caught(*channel.catcher, mean, shadow, to);
         break;
       case ChannelRule::caught:

@@ -146,7 +146,8 @@ FilmSettings film_settings(const description::Settings& settings, const Scene& s
     result.region = {x0, y0, x1 - x0, y1 - y0};
   }
   result.tile_size_px = settings.tile_size_px;
-  result.allow_negative = scene.subtracts_light();
+  // A sample that sees the film through glass may weigh more than 1, and its alpha less than 0.
+  result.allow_negative = scene.subtracts_light() || (settings.film_transparent && settings.film_transparent_glass);
   result.second_moments = settings.noise_threshold > 0.0f;
   result.splat_unit = splat_unit(settings.integrator, scene, settings.exposure);
   return result;

@@ -98,7 +98,8 @@ TEST(Holdout, cuts_a_hole_whatever_the_film_is) {
         maker.settings.integrator = integrator;
         maker.settings.film_transparent = film_transparent;
         maker.object("sheet").holdout = !of_shader;
-        for (const double value : means_of(render(maker.transaction())).at("combined")) EXPECT_EQ(value, 0.0);
+        const auto means = means_of(render(maker.transaction()));
+        for (const double value : means.at("combined")) EXPECT_EQ(value, 0.0);
       }
 }
 

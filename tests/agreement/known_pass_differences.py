@@ -53,6 +53,10 @@ k_cycles_4 = {
 k_cycles_5 = {
     **k_cycles_4,
     "Denoising Depth": Known("of the first surface, 0 where there is none; Cycles 5.2 has 1e37 there", 100, float("inf")),
+    **_all(
+        "behind half-transparent surfaces Cycles 5.2 weights by their transparency and goes on by chance, so that it counts twice",
+        {"Denoising Specular Albedo": (14, 2), "Denoising Roughness": (20, 2)}),
+    "Transmission Direct": Known("nothing; Cycles 5.2 has up to 1e-4 at the facets of the glass ball's silhouette", 4, 100),
 }
 
 
@@ -93,7 +97,7 @@ k_rare_in_pt = {
 # Where splats reach a pixel in which no sample met any of a colour, that reads 1/1024 in place of 0, so that products give back the sums.
 k_splats = _all(
     "where splats reach a pixel in which no sample met the colour, that reads 1/1024 and not 0",
-    {"Diffuse Color": (1, 0.05), "Glossy Color": (1, 0.05), "Transmission Color": (10, 0.05)})  # fmt: skip
+    {"Diffuse Color": (1, 0.05), "Glossy Color": (1, 0.05), "Transmission Color": (1, 0.05)})  # fmt: skip
 k_gathered = {
     **k_rare_in_pt,
     **_all(k_rare, {"Caustics Indirect": (2, 30), "Combined_keys": (2, 2), "Combined_signs": (9, 3), "Glossy Indirect x Glossy Color": (6, 3)}),

@@ -113,7 +113,6 @@ class RandomPasses:
                 matte.object = self._some(bpy.data.objects)
             if self._chance(0.3):
                 matte.collection = self._some(bpy.data.collections)
-        # Where a name is taken by another pass the sum lacks one.
         self.sums[layer.name] = [] if self._catching else wholes
 
     def _registered(self, layer):

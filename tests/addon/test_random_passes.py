@@ -49,7 +49,7 @@ def seeds():
 
 
 def parts_of(whole, passes):
-    """[float64[height][width][3]] of the passes that add up to Combined, or None where a name was taken so that one is missing."""
+    """[float64[height][width][3]] of the passes that add up to Combined, or None where an AOV has the name of one."""
     get = lambda name: passes[name][..., :3].astype(np.float64)
     if whole == "light":
         found = [get(f"{kind} {part}") * get(f"{kind} Color") for kind in ("Diffuse", "Glossy", "Transmission") for part in ("Direct", "Indirect")]
@@ -57,7 +57,8 @@ def parts_of(whole, passes):
     if whole == "techniques":
         return [get(f"Technique {name}") for name in ("Unidirectional", "Connection", "Merging")]
     if whole == "groups":
-        return [get(name) for name in passes if name.startswith("Combined_")]
+        groups = [name for name in passes if name.startswith("Combined_")]
+        return [get(name) for name in groups] if all(passes[name].shape[-1] == 3 for name in groups) else None
     if whole == "shadow":
         return [get("Without Shadow"), get("Shadow Difference")]
     return [get("everything")]
@@ -77,6 +78,8 @@ def faults(path, film_transparent, sums, asked):
         passes = layers[layer]
         for whole in wholes:
             parts = parts_of(whole, passes)
+            if parts is None:
+                continue
             expected = passes["Combined"][..., :3].astype(np.float64)
             if film_transparent and whole in ("light", "groups"):
                 if "Environment" not in passes:

@@ -96,8 +96,11 @@ def layers(scene, things):
     scene.render.film_transparent = True
 
 
-def catch(scene, things, floor_only=True):
+def catch(scene, things):
+    """The floor catches shadows. Without the sign: Cycles counts what objects that emit shine on catchers as brought by them, so that
+    the pass is above 1, and Lambent as lights."""
     scene.render.film_transparent = True
+    bpy.data.objects.remove(things.pop("Sign"))
     things["Floor"].is_shadow_catcher = True
     bpy.context.view_layer.cycles.use_pass_shadow_catcher = True
 

@@ -48,7 +48,9 @@ k_cycles_3 = {
 }  # fmt: skip
 k_cycles_4 = {
     **k_any_cycles,
-    **_all("of coats the albedo is estimated otherwise; what is divided by it accordingly", {"Glossy Color": (20, 4.5)}),
+    **_all(
+        "of coats and rough glass the albedo is estimated otherwise; what is divided by it accordingly",
+        {"Glossy Color": (58, 8), "Transmission Color": (4, 1.6)}),
 }  # fmt: skip
 k_cycles_5 = {
     **k_cycles_4,
@@ -56,7 +58,7 @@ k_cycles_5 = {
     **_all(
         "behind half-transparent surfaces Cycles 5.2 weights by their transparency and goes on by chance, so that it counts twice",
         {"Denoising Specular Albedo": (14, 2), "Denoising Roughness": (20, 2)}),
-    "Transmission Direct": Known("nothing; Cycles 5.2 has up to 1e-4 at the facets of the glass ball's silhouette", 4, 100),
+    "Transmission Direct": Known("nothing; Cycles 5.2 has up to 1e-4 at the facets of the glass ball's silhouette", 6, 100),
 }
 
 

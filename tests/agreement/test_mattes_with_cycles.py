@@ -1,5 +1,6 @@
 """Holdouts, masks, layers, catchers and transparent glass: small pictures of tests/scenes/make_matte_cases.py against Cycles."""
 
+import json
 import os
 import shutil
 
@@ -15,8 +16,11 @@ k_cases = (
 )  # fmt: skip
 
 
-# Cycles before 4.0 gives weights without the Fresnel term for the glossy colour, as known_pass_differences.py has it.
-k_known = {name: known for name, known in known_pass_differences.k_cycles_3.items() if name.startswith("Glossy")}
+def known_of(folder):
+    """What is known to differ of the passes of glossy and transmissive things, by the Blender that rendered in a folder."""
+    version = json.loads((folder / "cycles" / "cycles_result.json").read_text(encoding="utf-8"))["blender"]
+    known = known_pass_differences.of_cycles(version)
+    return {name: known[name] for name in known if name.startswith(("Glossy", "Transmission"))}
 
 
 def rendered(case, folder, batches=6):
@@ -47,7 +51,7 @@ def test_each_case_is_the_picture_of_cycles(tmp_path, case):
         cycles, lambent = with_scattered_light_as_one(cycles), with_scattered_light_as_one(lambent)
     if case.startswith("catcher"):  # the light passes of Cycles have the catchers too, those of Lambent show a hole there
         cycles, lambent = ({"ViewLayer": {name: one["ViewLayer"][name] for name in ("Combined", "Shadow Catcher", "Environment")}} for one in (cycles, lambent))
-    rows, bad = compare_passes.compare(cycles, lambent, 16, k_known)
+    rows, bad = compare_passes.compare(cycles, lambent, 16, known_of(tmp_path))
     assert len(rows) >= 2 and not bad, "\n".join(" | ".join(row) for row in rows if row[-1])
     alpha = lambent["ViewLayer"]["Combined"][..., 3].mean(axis=0)
     if case.startswith("holdout") or case == "transparent_glass":

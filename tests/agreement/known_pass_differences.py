@@ -72,8 +72,8 @@ def of_cycles(version):
 k_groups = ("keys", "rim", "signs", "sky")
 k_rare = (
     "few light paths bring it and they are bright (over rough glass or gloss of alpha 0.04, on which light arrives by chance): most batches "
-    "have hardly any and look alike, so that the test takes them for sure. LT's Combined_rim in tile (192, 64) is 2e-6 to 0.005 in seven "
-    "batches and 0.056 in one, PT's 0.037"
+    "have hardly any and look alike, so that the test takes them for sure. In the 120 px wide picture LT's Combined_rim is 0.70 of PT's with 256 "
+    "samples and 0.96 with 3,072, in tile (96, 32) 0.24 and 0.66"
 )
 k_shared = "few light paths, which all pixels share: spots near them are bright and rare, and batches that have none look alike"
 k_by_bpt = "of two noisy pictures, the one without shadows made by BPT's techniques"

@@ -14,7 +14,7 @@ _LIGHT += ["use_pass_emit", "use_pass_environment"]
 _TECHNIQUES = [f"use_pass_technique_{name}" for name in ("unidirectional", "connection", "merging")]
 _EXPRESSIONS = ("C.*L", "C<RD>L", "C<T.>.*L", "C[DG]*<RS>+L", "CL", "C<..'keys'>L", "C.*<L.'rim'>", "C(DL", "", "x", "C" + "." * 40 + "L", "C.*" * 30)
 # Names of passes that Blender or Lambent make, names that are no names, and long ones.
-_NAMES = ("tint", "amount", "Combined", "Depth", "näh", "n" * 40, "a b", "Combined_keys", "AO", "matte", "combined")
+_NAMES = ("tint", "amount", "Combined", "Depth", "näh", "n" * 40, "a b", "Combined_keys", "ao", "matte", "combined")
 _GROUPS = ("keys", "rim", "sky", "g" * 20)
 
 

@@ -203,8 +203,10 @@ float* Film::read_channels(size_t pixel, const std::vector<bool>& wanted, float*
             value = by != 0.0 ? value / by : 0.0;
           }
           if (channel.minus >= 0) value -= mean(static_cast<size_t>(channel.minus), k);
+          if (channel.total) value *= count;
           to[k] = static_cast<float>(value);
         }
+        if (c == 0 && channel.components == 4) to[3] = std::max(to[3], 0.0f);
         if (channel.catcher) add_caught(*channel.catcher, mean, shadow, to);
         break;
       case ChannelRule::caught:

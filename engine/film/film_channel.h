@@ -50,6 +50,7 @@ struct FilmChannel {
   /// What catchers add to the picture when it is read: the world behind them times the shadow or, on a transparent
   /// film, alpha, as much as the shadow darkens; and what is brought to mattes.
   std::optional<ShadowCatcher> catcher = {};
+  bool total = false;        ///< mean: reads as the sum of the samples
   bool hidden = false;       ///< summed for others' sake, not read
   std::string letters = {};  ///< Channel::letters
   bool splats = false;       ///< takes splats in its first three components. Where the film takes none: nothing

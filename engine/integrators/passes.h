@@ -54,15 +54,21 @@ enum class PassKind : uint8_t {
   transmission_color,
   volume_direct,
   volume_indirect,
+  volume_scatter,
+  volume_transmit,
+  volume_majorant,
   emission,
   environment,
   ambient_occlusion,
   shadow,
   sample_count,
   noisy,
+  noisy_shadow_catcher,
   denoising_albedo,
   denoising_normal,
   denoising_depth,
+  denoising_specular_albedo,
+  denoising_roughness,
   aov_color,
   aov_value,
   light_group,
@@ -81,6 +87,7 @@ enum class PassKind : uint8_t {
   shadow_catcher,
   error,
   time,
+  render_time,
   vector,
   matte_light,
   matte,
@@ -162,11 +169,13 @@ class PassPlan {
   /// The same for what the camera sees. A kind that is asked for twice is copied when the sample is done.
   struct DataSlots {
     std::array<int, k_lobe_classes> colors{-1, -1, -1};
-    int denoising_albedo = -1, mist = -1, ambient_occlusion = -1;
+    int denoising_albedo = -1, denoising_specular_albedo = -1, denoising_roughness = -1, mist = -1,
+        ambient_occlusion = -1;
     int cryptomatte_object = -1, cryptomatte_material = -1, cryptomatte_asset = -1;
     int vector = -1, vector_weight = -1, normal = -1, uv = -1, denoising_normal = -1, denoising_depth = -1;
-    int time = -1;
-    bool albedos = false, ids = false, normals = false, first_surface = false;  ///< some of these
+    int time = -1, render_time = -1;
+    bool albedos = false, sharp = false, ids = false, normals = false, first_surface = false;  ///< some of these
+    bool world_moves = false;  ///< `vector` is also of samples that meet nothing
   };
   struct Copy {
     int from, to, floats;
@@ -257,6 +266,8 @@ class PassRecorder {
   /// The walk scattered at its next vertex, on `instance`. @param parts of the evaluation in that direction, or null
   void scattered(uint32_t instance, const Bsdf& bsdf, const Vec3& wi_world, const BsdfSample& sample,
                  const EvalParts* parts = nullptr);
+  /// The walk met nothing behind transparent surfaces alone.
+  void missed(const Vec3& direction_world);
   /// Light that the walk met.
   void met(const Color& value, LightSource source, uint16_t group);
   /// The camera sees the world along `direction` through a transparent film: no part of the picture, but of what shows
@@ -312,9 +323,11 @@ class PassRecorder {
   void add_background_albedo(const Color& value);
   void add_id(int sample_float, float id, float weight);
   void add_colors(const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput);
+  void add_sharp(const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput);
   float mist(const ShadingPoint& point) const;
   void add_ids(const SurfaceBinding& binding, const ShadingPoint& point, float cover);
   void first_surface(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, float seen);
+  void add_motion(const Vec4& motion_px);
   void add_aovs(const Program& program, float cover);
   void look(int x, int y);
   void look_at(const PassPlan::Pass& pass, const ShadingPoint& point);

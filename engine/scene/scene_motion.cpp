@@ -46,6 +46,13 @@ Vec4 SceneMotion::vector_px(const SurfaceHit& hit, const Instance& instance) con
   return {before.x, before.y, after.x, after.y};
 }
 
+Vec4 SceneMotion::vector_px(const Vec3& direction_world) const {
+  if (!steps_[0].camera_moves && !steps_[1].camera_moves) return Vec4(0.0f);
+  const auto seen = [&](const Camera& camera) { return camera.raster_of(camera.origin() + direction_world); };
+  const Vec2 now = seen(camera_), before = seen(steps_[0].camera) - now, after = now - seen(steps_[1].camera);
+  return {before.x, before.y, after.x, after.y};
+}
+
 // --- How it is made ------------------------------------------------------------------------------------------------
 
 namespace {

@@ -32,6 +32,8 @@ class SceneMotion {
   /// How the surface at a hit moves over the picture, px: x, y of its place in the previous frame less its place now,
   /// then of its place now less its place in the next (as Cycles: kernel/geom/primitive.h, primitive_motion_vector).
   Vec4 vector_px(const SurfaceHit& hit, const Instance& instance) const;
+  /// The same of what lies infinitely far along a direction, as Cycles 5.2 has it for the world.
+  Vec4 vector_px(const Vec3& direction_world) const;
 
  private:
   static bool moves(const Step& step, const Instance& instance);

@@ -55,12 +55,13 @@ float adjoint(const Vec3& ng, const Vec3& wi, const Vec3& wo, Transport transpor
   return cos_wi > 1e-6f ? std::fabs(dot(wo, ng)) / cos_wi : 0.0f;
 }
 
-uint8_t event_of(const Lobe& lobe, bool transmitted) {
+/// @param apart the two directions, by the lobe's normal
+uint8_t event_of(const Lobe& lobe, bool apart) {
   if (lobe.kind == LobeKind::transparent) return k_scatter_transparent | k_scatter_delta;
   if (lobe.kind == LobeKind::portal) return k_scatter_portal | k_scatter_transparent | k_scatter_delta;
   if (lobe.kind == LobeKind::subsurface) return k_scatter_subsurface | k_scatter_delta;
   uint8_t event = is_diffuse(lobe.kind) ? k_scatter_diffuse : k_scatter_glossy;
-  if (transmitted) event |= k_scatter_transmission;
+  if (goes_through(lobe.kind, apart)) event |= k_scatter_transmission;
   if (is_delta(lobe)) event |= k_scatter_delta;
   return event;
 }
@@ -107,7 +108,8 @@ Term eval_term(const Lobe& lobe, BumpShadowing rule, const Vec3& ng, const Vec3&
   return term;
 }
 
-void add_event(EventShares& shares, LobeKind kind, bool transmitted, float pdf) {
+void add_event(EventShares& shares, LobeKind kind, bool apart, float pdf) {
+  const bool transmitted = goes_through(kind, apart);
   (transmitted ? shares.transmission : is_diffuse(kind) ? shares.diffuse : shares.glossy) += pdf;
   if (transmitted && is_diffuse(kind)) shares.diffuse_transmission += pdf;
 }
@@ -312,9 +314,9 @@ BsdfEval Bsdf::eval_lobes(const Vec3& wi_world, const Vec3& wo_world, Transport 
     result.f_cos += term.f_cos;
     result.pdf_solid_angle += selected.of[i] * term.pdf;
     if constexpr (wants_parts) {
-      const bool transmitted = dot(lobe.n, wi_world) * dot(lobe.n, wo_world) < 0.0f;
-      parts->f_cos[static_cast<size_t>(class_of(lobe.kind, transmitted))] += term.f_cos;
-      add_event(parts->pdf, lobe.kind, transmitted, selected.of[i] * term.pdf);
+      const bool apart = dot(lobe.n, wi_world) * dot(lobe.n, wo_world) < 0.0f;
+      parts->f_cos[static_cast<size_t>(class_of(lobe.kind, apart))] += term.f_cos;
+      add_event(parts->pdf, lobe.kind, apart, selected.of[i] * term.pdf);
     }
     result.pdf_reverse_solid_angle += share_reverse * term.pdf_reverse;
   }
@@ -490,7 +492,7 @@ auto Bsdf::only(const Vec3& wi_world, const Vec3& wo_world, KindOf&& kind_of) co
 }
 
 std::optional<LobeClass> Bsdf::only_class(const Vec3& wi_world, const Vec3& wo_world) const {
-  return only(wi_world, wo_world, [](const Lobe& lobe, bool transmitted) { return class_of(lobe.kind, transmitted); });
+  return only(wi_world, wo_world, [](const Lobe& lobe, bool apart) { return class_of(lobe.kind, apart); });
 }
 
 std::optional<uint8_t> Bsdf::only_event(const Vec3& wi_world, const Vec3& wo_world) const {

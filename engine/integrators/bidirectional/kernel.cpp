@@ -196,6 +196,7 @@ void Kernel<profile>::add_lamps(const Ray& ray, float t_end) {
 
 template <KernelProfile profile>
 void Kernel<profile>::add_background(const Vec3& direction) {
+  if (passes_ && only_transparent_) passes_->missed(direction);
   if (settings_.film_transparent && only_transparent_) {
     estimate_.transparency += average(throughput_);
     if (passes_) passes_->see_through(direction, throughput_, path_counts());
@@ -580,8 +581,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
           see_hole(estimate_, scene_, seen, settings_.film_transparent, throughput_, ray.direction, path_counts());
           break;
         }
-        if (program.traits().holdout && settings_.film_transparent)
-          estimate_.transparency += average(throughput_ * bsdf.holdout());
+        if (program.traits().holdout) estimate_.transparency += average(throughput_ * bsdf.holdout());
         if (passes_) passes_->visible(hit, binding, point, bsdf, throughput_);
       }
       if (m_ == 0) {
@@ -656,7 +656,8 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
         }
         pdfs_.flags[i] = static_cast<uint8_t>((delta ? 0 : k_connectible) | light_flags);
         events_.append(scattered.event);
-        if (passes_) passes_->scattered(hit.instance, bsdf, point.wi_world, scattered, &parts_);
+        only_transparent_ = only_transparent_ && counts_as_transparent(settings_, scattered);
+        if (passes_ && !only_transparent_) passes_->scattered(hit.instance, bsdf, point.wi_world, scattered, &parts_);
         m_ = i;
         only_delta_ = only_delta_ && delta;
         last_ = {hit.p_world, point.ng_world, receiver_normal, scattered.pdf_solid_angle, !delta, hit.instance};
@@ -673,7 +674,6 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
       distance_before_ = distance;
       depended_ = depended_ || program.traits().path_dependent;
     } else {
-      only_transparent_ = false;
       distance_before_ = 0.0f;
       depended_ = false;
     }

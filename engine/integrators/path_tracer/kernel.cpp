@@ -90,6 +90,7 @@ void Kernel<profile, recording>::add_lamps(const Ray& ray, float t_end) {
 
 template <KernelProfile profile, bool recording>
 void Kernel<profile, recording>::add_background(const Vec3& direction) {
+  if (recording && only_transparent_) passes()->missed(direction);
   if (settings_.film_transparent && only_transparent_) {
     estimate_.transparency += average(throughput_);
     if (PassRecorder* const p = passes()) p->see_through(direction, throughput_, path_counts());
@@ -264,8 +265,7 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
           see_hole(estimate_, scene_, seen, settings_.film_transparent, throughput_, ray.direction, path_counts());
           break;
         }
-        if (program.traits().holdout && settings_.film_transparent)
-          estimate_.transparency += average(throughput_ * bsdf.holdout());
+        if (program.traits().holdout) estimate_.transparency += average(throughput_ * bsdf.holdout());
         if (PassRecorder* const p = passes()) p->visible(hit, binding, point, bsdf, throughput_);
       }
       // What the camera sees directly: no lobe may be so rare that it shows as dots.
@@ -306,7 +306,8 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
       } else if (!(scattered.event & k_scatter_transparent)) {
         last_ = {hit.p_world, scattered_normal, scattered.pdf_solid_angle, !(scattered.event & k_scatter_delta),
                  hit.instance};
-        if (PassRecorder* const p = passes()) p->scattered(hit.instance, bsdf, point.wi_world, scattered, &parts);
+        only_transparent_ = only_transparent_ && counts_as_transparent(settings_, scattered);
+        if (recording && !only_transparent_) passes()->scattered(hit.instance, bsdf, point.wi_world, scattered, &parts);
       }
     }
     throughput_ *= scattered.weight;
@@ -318,7 +319,6 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
     if (scattered.event & k_scatter_transparent) {
       distance_before_ = scattered.event & k_scatter_portal ? 0.0f : distance;
     } else {
-      only_transparent_ = false;
       distance_before_ = 0.0f;
     }
 

@@ -87,7 +87,7 @@ class Kernel {
   LastScatter last_;
   float distance_before_ =
       0.0f;  ///< from the last scattering to the present ray's origin, through transparent surfaces
-  bool only_transparent_ = true;  ///< nothing but transparent surfaces since the camera
+  bool only_transparent_ = true;  ///< nothing but transparent surfaces since the camera, or what counts as such
 };
 
 extern template class Kernel<KernelProfile::solid, false>;

@@ -36,7 +36,7 @@ FilmLayout::FilmLayout(const std::vector<FilmChannel>& channels) {
         place.id = id_slots;
         place.slots = channel.components;
         id_slots += place.slots;
-        ids.push_back(number);
+        ids.push_back({place.sample, place.id, place.slots});
         break;
       case ChannelRule::error:
         place.sum = sums;

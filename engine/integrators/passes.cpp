@@ -114,6 +114,7 @@ void PassRecorder::begin(int x, int y, uint32_t sample, std::span<float> floats)
   vertices_ = 0;
   events_ = {};
   saw_surface_ = on_matte_ = met_other_ = false;
+  receiving_ = meets_world_ = world_hidden_ = false;
   occlusion_ = Occlusion::done;
   if (sample == 0 && !plan_.looked_at_.empty() && !data_.empty()) look(x, y);
 }
@@ -192,6 +193,7 @@ void PassRecorder::visible(const SurfaceHit& hit, const SurfaceBinding& binding,
   for (const PassPlan::Pass& pass : plan_.mattes_)
     if (scene_.in_matte(point.object_index, pass.matte)) *at(pass) += cover;
   if (!plan_.aovs_.empty() && cover != 0.0f && binding.program->aov_count() > 0) add_aovs(*binding.program, cover);
+  receiving_ = shared_ && !plan_.received_.empty();
   if (!plan_.received_.empty() && !shared_) sample_received(hit, point, bsdf, throughput);
   if (!saw_surface_ && opaque_enough(binding, bsdf)) {
     if (slots.first_surface) first_surface(hit, point, bsdf, seen);
@@ -386,6 +388,14 @@ void PassRecorder::receive_world(const SurfaceHit& hit, const ShadingPoint& poin
   received(unshadowed * transmittance(ray), unshadowed);
 }
 
+void PassRecorder::add_hidden_world(const Vec3& direction_world, const Color& throughput, const PathCounts& counts) {
+  world_hidden_ = true;
+  scene_.lights().for_each_infinite(direction_world, counts.ray_kind, [&](const LightHit& hit) {
+    if (scene_.source_of(hit.light) == LightSource::background)
+      received(Color(0.0f), throughput * scene_.light_radiance(hit, counts));
+  });
+}
+
 void PassRecorder::received(const Color& shadowed, const Color& unshadowed) {
   for (const PassPlan::Pass& pass : plan_.received_) {
     add_to(pass, shadowed);
@@ -408,7 +418,8 @@ void PassRecorder::scattered(uint32_t instance, const Bsdf& bsdf, const Vec3& wi
   ++vertices_;
 }
 
-uint8_t PassRecorder::event_at(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world, const EvalParts* parts) {
+uint8_t PassRecorder::event_of_several(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world,
+                                       const EvalParts* parts) {
   if (parts && parts->known) {
     const EventShares& pdf = parts->pdf;
     const float total = pdf.diffuse + pdf.glossy + pdf.transmission;

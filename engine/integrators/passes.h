@@ -228,8 +228,9 @@ struct PathSignature {
 /// One thread's: follows one sample at a time.
 ///
 /// A kernel that does next event at the first surface, and whose walk goes on from there, may share both: what its
-/// light and its next ray show are the light received and the occlusion that passes ask for (share()). Else the
-/// recorder samples a light and traces rays of its own.
+/// light and its next ray show are the light received and the occlusion that passes ask for (share()). An even world is
+/// no light that its next event chooses: the surface receives it by the next ray, by what that meets. Else the recorder
+/// samples a light and traces rays of its own.
 class PassRecorder {
  public:
   /// Keeps references.
@@ -237,10 +238,9 @@ class PassRecorder {
   /// For the parts (PassPlan::wants_parts) of another picture of `scene`: it records light alone.
   PassRecorder(const PassPlan& plan, const Scene& scene, OtherPicture picture);
 
-  /// The kernel will tell received() of all lights that it samples at a surface that the camera sees, of the even world
-  /// that its next ray meets, sampled() and next_ray().
+  /// The kernel will tell received() of all lights that it samples while receiving(), sampled(), leave(), the even
+  /// world that its next ray meets or does not (met_world(), hide_world()), and next_ray().
   void share() { shared_ = true; }
-  bool wants_received() const { return !plan_.received_.empty(); }
 
   /// A sample's time is that since the one before it, or since this.
   void start_clock();
@@ -254,12 +254,30 @@ class PassRecorder {
   /// A surface that the camera sees: directly or through transparent ones, whose transmittance is `throughput`.
   void visible(const SurfaceHit& hit, const SurfaceBinding& binding, const ShadingPoint& point, const Bsdf& bsdf,
                const Color& throughput);
+  /// Next event is at the surface just seen: received() is to be told of its light.
+  bool receiving() const { return receiving_; }
+  /// The walk goes on under the surface: what is received where it comes out is none of this surface's.
+  void pass_under() { receiving_ = false; }
   /// Light that a sampled light sends to the surface just seen and on to the camera, with what stands before the light
   /// and without; throughput included.
   void received(const Color& shadowed, const Color& unshadowed);
   /// How the surface just seen sent the walk on, or would have: by lobe number `picked` of its.
   void sampled(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, const BsdfSample& sample,
                int picked);
+  /// The walk scatters, and not straight on.
+  void leave(const BsdfSample& sample) {
+    meets_world_ = receiving_ && !(sample.event & k_scatter_delta) && scene_.lights().has_even_world();
+    world_hidden_ = receiving_ = false;
+  }
+  bool waits_for_world() const { return meets_world_; }
+  /// The even world that the next ray met. @param counts as light for the walk
+  void met_world(const Color& radiance, bool counts) {
+    received(counts ? radiance : Color(0.0f), world_hidden_ ? Color(0.0f) : radiance);
+  }
+  /// Something stands before the world in that direction; a transparent surface perhaps.
+  void hide_world(const Vec3& direction_world, const Color& throughput, const PathCounts& counts) {
+    if (meets_world_ && !world_hidden_) add_hidden_world(direction_world, throughput, counts);
+  }
   /// The walk's next ray: what it met (null: nothing) at distance t. Asked for by waits_for_ray().
   void next_ray(float t, const Program* met);
   bool waits_for_ray() const { return occlusion_ == Occlusion::next_ray; }
@@ -302,7 +320,9 @@ class PassRecorder {
   bool meets_other(const LightWalk& walk, int depth) const;
   bool wants_mattes() const { return mattes_; }
   /// An event for a pair of directions, chosen by what each kind of lobe has of the light.
-  uint8_t event_at(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world, const EvalParts* parts = nullptr);
+  uint8_t event_at(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world, const EvalParts* parts = nullptr) {
+    return parts && parts->only_event ? parts->only_event : event_of_several(bsdf, wi_world, wo_world, parts);
+  }
 
  private:
   /// Uniform in [0, 1).
@@ -320,6 +340,7 @@ class PassRecorder {
   void add_if(int sample_float, const Color& value) {
     if (sample_float >= 0) add_to(sample_float, value);
   }
+  uint8_t event_of_several(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world, const EvalParts* parts);
   void add_background_albedo(const Color& value);
   void add_id(int sample_float, float id, float weight);
   void add_colors(const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput);
@@ -336,6 +357,7 @@ class PassRecorder {
   void occlude(const SurfaceHit& hit, const ShadingPoint& point);
   void add_occlusion(float amount);
   float open(const Ray& ray) const;
+  void add_hidden_world(const Vec3& direction_world, const Color& throughput, const PathCounts& counts);
   void receive_world(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput);
   void sample_received(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput);
   /// @param blockers LinkSets' of the light at its end
@@ -352,6 +374,9 @@ class PassRecorder {
   const bool classes_ = false, events_wanted_ = false;  ///< as PassPlan's
   const bool mattes_ = false;                           ///< follows what is brought to mattes
   bool shared_ = false;
+  bool receiving_ = false;     ///< next event is to tell what the surface just seen receives
+  bool meets_world_ = false;   ///< the even world that the next ray meets is received by what the camera saw
+  bool world_hidden_ = false;  ///< ... and something stands before it
   int x_ = 0, y_ = 0;
   uint32_t sample_ = 0;
   bool random_begun_ = false;

@@ -36,7 +36,8 @@ class SceneMotion {
   Vec4 vector_px(const Vec3& direction_world) const;
 
  private:
-  static bool moves(const Step& step, const Instance& instance);
+  static bool moves(const Object& object) { return !object.world_from_object.empty() || !object.positions.empty(); }
+  /// @param instance of an object that moves
   Vec3 place(const Step& step, const SurfaceHit& hit, const Instance& instance) const;
 
   Camera camera_;

@@ -315,7 +315,12 @@ BsdfEval Bsdf::eval_lobes(const Vec3& wi_world, const Vec3& wo_world, Transport 
     result.pdf_solid_angle += selected.of[i] * term.pdf;
     if constexpr (wants_parts) {
       const bool apart = dot(lobe.n, wi_world) * dot(lobe.n, wo_world) < 0.0f;
-      parts->f_cos[static_cast<size_t>(class_of(lobe.kind, apart))] += term.f_cos;
+      const LobeClass one = class_of(lobe.kind, apart);
+      parts->f_cos[static_cast<size_t>(one)] += term.f_cos;
+      if (count_ == 1) {
+        parts->only_event = event_of(lobe, apart);
+        parts->only_class = one;
+      }
       add_event(parts->pdf, lobe.kind, apart, selected.of[i] * term.pdf);
     }
     result.pdf_reverse_solid_angle += share_reverse * term.pdf_reverse;
@@ -385,6 +390,12 @@ BsdfSample Bsdf::sample_lobes(const Vec3& wi_world, float u_choice, const Vec2& 
     result.pdf_solid_angle = local.z * k_inv_pi;
     result.event = k_scatter_diffuse;
     result.lobe = picked;
+    if constexpr (wants_parts) {
+      parts->known = true;
+      parts->f_cos[static_cast<size_t>(LobeClass::diffuse)] = result.weight * result.pdf_solid_angle;
+      parts->pdf.diffuse = result.pdf_solid_angle;
+      parts->only_event = k_scatter_diffuse;
+    }
     return result;
   }
   if (lobe.kind == LobeKind::subsurface) {
@@ -520,7 +531,7 @@ EventShares Bsdf::event_shares(const Vec3& wi_world, const Vec3& wo_world) const
   return result;
 }
 
-ClassShares EvalParts::class_shares() const {
+ClassShares EvalParts::shares_of_several() const {
   ClassShares result;
   const Color total = f_cos[0] + f_cos[1] + f_cos[2];
   for (int k = 0; k < 3; ++k) {

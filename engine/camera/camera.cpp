@@ -154,9 +154,14 @@ CameraRay Camera::sample_ray(const Vec2& raster_px, const Vec2& u_lens, float ti
 }
 
 Vec2 Camera::raster_of(const Vec3& p_world) const {
-  const Vec3 q = to_camera(p_world - origin_);
-  if (projection_ == Projection::orthographic) return raster_of_plane({q.x, q.y});
-  return q.z != 0.0f ? raster_of_plane({q.x / q.z, q.y / q.z}) : Vec2(0.0f, 0.0f);
+  const Vec3 d = p_world - origin_;
+  Vec2 plane(dot(dual_x_, d), dot(dual_y_, d));
+  if (projection_ != Projection::orthographic) {
+    const float depth = dot(dual_z_, d);
+    if (depth == 0.0f) return {0.0f, 0.0f};
+    plane = {plane.x / depth, plane.y / depth};
+  }
+  return {(plane.x - plane_min_.x) / plane_per_px_.x, (plane.y - plane_min_.y) / plane_per_px_.y};
 }
 
 CameraPdf Camera::pdf(const Vec3& origin_world, const Vec3& direction_world) const {

@@ -240,6 +240,8 @@ struct Settings {
   PixelFilter pixel_filter = PixelFilter::blackman_harris;
   float filter_width_px = 1.5f;
   bool film_transparent = false;
+  bool film_transparent_glass = false;      ///< a transparent film is seen through glass, too
+  float film_transparent_roughness = 0.1f;  ///< ... up to this roughness
   float exposure = 1.0f;
   float clamp_direct = 0.0f, clamp_indirect = 0.0f;
   float light_threshold = 0.01f;  ///< of the picture's value: shadow rays that matter less are traced by chance; 0 off

@@ -211,6 +211,8 @@ void visit_settings(V& visitor, T& value) {
   visitor.choice("pixel_filter", value.pixel_filter, k_pixel_filters);
   visitor.number("filter_width_px", value.filter_width_px);
   visitor.boolean("film_transparent", value.film_transparent);
+  visitor.boolean("film_transparent_glass", value.film_transparent_glass);
+  visitor.number("film_transparent_roughness", value.film_transparent_roughness);
   visitor.number("exposure", value.exposure);
   visitor.number("clamp_direct", value.clamp_direct);
   visitor.number("clamp_indirect", value.clamp_indirect);

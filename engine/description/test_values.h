@@ -168,7 +168,8 @@ inline Transaction full_transaction() {
   settings.volume_bounces = 7;
   settings.pixel_filter = PixelFilter::gaussian;
   settings.filter_width_px = 2;
-  settings.film_transparent = true;
+  settings.film_transparent = settings.film_transparent_glass = true;
+  settings.film_transparent_roughness = 0.25f;
   settings.exposure = 2;
   settings.clamp_direct = 3;
   settings.clamp_indirect = 4;

@@ -11,6 +11,10 @@
 #include <stdexcept>
 #include <tuple>
 
+#ifdef __AVX__
+#include <immintrin.h>
+#endif
+
 #include "engine/base/check.h"
 #include "engine/film/adaptive.h"
 #include "engine/film/film_storage.h"
@@ -21,16 +25,20 @@ namespace {
 /// Floats of samples that a TileWriter holds back before it takes the tile's lock.
 constexpr size_t k_buffered_floats = 16384;
 
-// Four at a time, and so that a conversion reads memory: the compiler takes twice as many instructions by itself.
-using Floats4 = float __attribute__((vector_size(16)));
 using Doubles4 = double __attribute__((vector_size(32)));
 
+Doubles4 doubles_of(const float* values) {
+#ifdef __AVX__
+  return Doubles4(_mm256_cvtps_pd(_mm_loadu_ps(values)));  // GCC 12 takes four instructions by itself
+#else
+  return Doubles4{values[0], values[1], values[2], values[3]};
+#endif
+}
+
 void add_four(const float* values, double* sums) {
-  Floats4 value;
   Doubles4 sum;
-  std::memcpy(&value, values, sizeof value);
   std::memcpy(&sum, sums, sizeof sum);
-  sum += __builtin_convertvector(value, Doubles4);
+  sum += doubles_of(values);
   std::memcpy(sums, &sum, sizeof sum);
 }
 
@@ -39,7 +47,10 @@ void add_floats(const float* values, size_t count, double* sums) {
   for (; i + 16 <= count; i += 16)
     for (size_t k = 0; k < 16; k += 4) add_four(values + i + k, sums + i + k);
   for (; i + 4 <= count; i += 4) add_four(values + i, sums + i);
-  for (; i < count; ++i) sums[i] += static_cast<double>(values[i]);
+  const size_t rest = count - i;  // not in a loop, of which the compiler makes more than it is worth
+  if (rest > 0) sums[i] += double(values[i]);
+  if (rest > 1) sums[i + 1] += double(values[i + 1]);
+  if (rest > 2) sums[i + 2] += double(values[i + 2]);
 }
 
 }  // namespace
@@ -203,8 +214,10 @@ float* Film::read_channels(size_t pixel, const std::vector<bool>& wanted, float*
             value = by != 0.0 ? value / by : 0.0;
           }
           if (channel.minus >= 0) value -= mean(static_cast<size_t>(channel.minus), k);
+          if (channel.total) value *= count;
           to[k] = static_cast<float>(value);
         }
+        if (c == 0 && channel.components == 4) to[3] = std::max(to[3], 0.0f);
         if (channel.catcher) add_caught(*channel.catcher, mean, shadow, to);
         break;
       case ChannelRule::caught:
@@ -336,12 +349,13 @@ void Film::reject(size_t pixel, int64_t sample, std::span<const float> values) {
   if (list.size() > k_recorded) list.pop_back();
 }
 
-TileWriter::TileWriter(Film& film, int tile) : film_(film), tile_(tile) {
-  const size_t floats = static_cast<size_t>(film.sample_components());
-  held_ = std::max<size_t>(k_buffered_floats / floats, 1);
-  pixels_.reserve(held_);
-  values_.reserve(held_ * floats);
-}
+TileWriter::TileWriter(Film& film, int tile)
+    : film_(film),
+      tile_(tile),
+      floats_(static_cast<size_t>(film.sample_components())),
+      held_(std::max<size_t>(k_buffered_floats / floats_, 1)),
+      pixels_(std::make_unique_for_overwrite<uint32_t[]>(held_)),
+      values_(std::make_unique_for_overwrite<float[]>(held_ * floats_)) {}
 
 TileWriter::~TileWriter() {
   flush();
@@ -349,34 +363,30 @@ TileWriter::~TileWriter() {
 }
 
 void TileWriter::add(int x, int y, std::span<const float> values) {
-  DCHECK(rectangle().contains(x, y));
-  DCHECK(values.size() == static_cast<size_t>(film_.sample_components()));
-  pixels_.push_back(static_cast<uint32_t>(film_.pixel_index(x, y)));
-  values_.insert(values_.end(), values.begin(), values.end());
-  if (pixels_.size() >= held_) flush();
+  DCHECK(values.size() == floats_);
+  std::copy_n(values.data(), floats_, values_.get() + count_ * floats_);
+  add_next(x, y);
 }
 
 std::span<float> TileWriter::next() {
-  const size_t floats = static_cast<size_t>(film_.sample_components()), before = pixels_.size() * floats;
-  if (values_.size() != before) values_.resize(before);  // one that was not added
-  values_.resize(before + floats);
-  return {values_.data() + before, floats};
+  float* const values = values_.get() + count_ * floats_;
+  std::memset(values, 0, floats_ * sizeof(float));
+  return {values, floats_};
 }
 
 void TileWriter::add_next(int x, int y) {
   DCHECK(rectangle().contains(x, y));
-  pixels_.push_back(static_cast<uint32_t>(film_.pixel_index(x, y)));
-  DCHECK(values_.size() == pixels_.size() * static_cast<size_t>(film_.sample_components()));
-  if (pixels_.size() >= held_) flush();
+  pixels_[count_] = static_cast<uint32_t>(film_.pixel_index(x, y));
+  if (++count_ == held_) flush();
 }
 
 void TileWriter::flush() {
   Film::Storage& s = *film_.storage_;
-  const size_t components = static_cast<size_t>(film_.sample_components());
+  const size_t components = floats_;
   const std::lock_guard lock(s.tiles[static_cast<size_t>(tile_)].mutex);
-  for (size_t n = 0; n < pixels_.size(); ++n) {
+  for (size_t n = 0; n < count_; ++n) {
     const size_t pixel = pixels_[n];
-    const std::span<float> values(values_.data() + n * components, components);
+    const std::span<float> values(values_.get() + n * components, components);
     const int64_t sample = s.counts[pixel]++;
     bool good = all_finite(values);
     if (!good && components > 4 && all_finite(values.first(4))) [[unlikely]] {
@@ -402,8 +412,7 @@ void TileWriter::flush() {
       s.second_moments[pixel] += intensity * intensity;
     }
   }
-  pixels_.clear();
-  values_.clear();
+  count_ = 0;
 }
 
 /// One sample of a film with channels of several rules.
@@ -420,27 +429,32 @@ void TileWriter::add_channels(size_t pixel, int64_t sample, std::span<const floa
     }
   for (const int number : layout.errors) {
     double* sum = sums + layout.places[static_cast<size_t>(number)].sum;
-    const int components = film_.settings_.channels[static_cast<size_t>(number)].components;
-    for (int k = 0; k < components; ++k) sum[k] += double(values[static_cast<size_t>(k)]) * values[k];
+    for (int k = 0; k < 3 && k < film_.settings_.channels[static_cast<size_t>(number)].components; ++k)
+      sum[k] += double(values[static_cast<size_t>(k)]) * values[static_cast<size_t>(k)];
   }
-  for (const int number : layout.ids) {
-    const FilmLayout::Place& place = layout.places[static_cast<size_t>(number)];
-    const float* value = values.data() + place.sample;
-    const size_t first = pixel * static_cast<size_t>(layout.id_slots) + static_cast<size_t>(place.id);
+  if (layout.id_slots > 0) add_ids(pixel, values);
+}
+
+void TileWriter::add_ids(size_t pixel, std::span<const float> values) {
+  Film::Storage& s = *film_.storage_;
+  const FilmLayout& layout = film_.layout_;
+  const size_t first = pixel * static_cast<size_t>(layout.id_slots);
+  for (const FilmLayout::IdPlace& place : layout.ids) {
+    const float* const value = values.data() + place.sample;
+    float* const ids = s.ids.data() + first + place.id;
+    double* const weights = s.id_weights.data() + first + place.id;
     if (!(value[1] > 0.0f)) continue;
-    if (!(value[3] > 0.0f) && s.id_weights[first] > 0.0 &&
-        std::bit_cast<uint32_t>(s.ids[first]) == std::bit_cast<uint32_t>(value[0])) {
-      s.id_weights[first] += value[1];  // most samples: one id, which the pixel has first
+    if (!(value[3] > 0.0f) && weights[0] > 0.0 &&
+        std::bit_cast<uint32_t>(ids[0]) == std::bit_cast<uint32_t>(value[0])) {
+      weights[0] += value[1];  // most samples: one id, which the pixel has first
       continue;
     }
     for (int k = 0; k < k_ids_a_sample && value[2 * k + 1] > 0.0f; ++k) {
-      // The last slot takes what finds no other.
-      size_t i = first;
-      const size_t last = first + static_cast<size_t>(place.slots) - 1;
+      int i = 0;  // the last slot takes what finds no other
       const auto id = std::bit_cast<uint32_t>(value[2 * k]);
-      while (i < last && s.id_weights[i] > 0.0 && std::bit_cast<uint32_t>(s.ids[i]) != id) ++i;
-      if (!(s.id_weights[i] > 0.0)) s.ids[i] = value[2 * k];
-      s.id_weights[i] += value[2 * k + 1];
+      while (i < place.slots - 1 && weights[i] > 0.0 && std::bit_cast<uint32_t>(ids[i]) != id) ++i;
+      if (!(weights[i] > 0.0)) ids[i] = value[2 * k];
+      weights[i] += value[2 * k + 1];
     }
   }
 }

@@ -167,12 +167,15 @@ class TileWriter {
 
  private:
   void add_channels(size_t pixel, int64_t sample, std::span<const float> values);
+  void add_ids(size_t pixel, std::span<const float> values);
 
   Film& film_;
   int tile_;
-  size_t held_;  ///< samples, at most
-  std::vector<uint32_t> pixels_;
-  std::vector<float> values_;
+  const size_t floats_;  ///< of a sample
+  const size_t held_;    ///< samples, at most
+  size_t count_ = 0;     ///< of those that are held back
+  std::unique_ptr<uint32_t[]> pixels_;
+  std::unique_ptr<float[]> values_;
 };
 
 }  // namespace lambent

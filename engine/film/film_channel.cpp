@@ -36,7 +36,7 @@ FilmLayout::FilmLayout(const std::vector<FilmChannel>& channels) {
         place.id = id_slots;
         place.slots = channel.components;
         id_slots += place.slots;
-        ids.push_back(number);
+        ids.push_back({place.sample, place.id, place.slots});
         break;
       case ChannelRule::error:
         place.sum = sums;
@@ -51,7 +51,7 @@ FilmLayout::FilmLayout(const std::vector<FilmChannel>& channels) {
       output_floats += channel.components;
     }
     plain = plain && channel.rule == ChannelRule::mean && channel.divided_by < 0 && channel.minus < 0 &&
-            !channel.catcher && !channel.hidden;
+            !channel.catcher && !channel.total && !channel.hidden;
   }
   for (size_t c = 0; c < channels.size(); ++c)
     if (channels[c].divided_by >= 0)

@@ -1,8 +1,9 @@
 // The channels of a film: how the values of many samples make a pixel's.
 #pragma once
 
-#include <bit>
+#include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <optional>
 #include <span>
 #include <string>
@@ -50,17 +51,42 @@ struct FilmChannel {
   /// What catchers add to the picture when it is read: the world behind them times the shadow or, on a transparent
   /// film, alpha, as much as the shadow darkens; and what is brought to mattes.
   std::optional<ShadowCatcher> catcher = {};
+  bool total = false;        ///< mean: reads as the sum of the samples
   bool hidden = false;       ///< summed for others' sake, not read
   std::string letters = {};  ///< Channel::letters
   bool splats = false;       ///< takes splats in its first three components. Where the film takes none: nothing
 };
 
-/// Whether all of the floats are finite, told by their exponents' bits: several at a time.
+/// Whether all of the floats are finite: several at a time, by a sum of zero times each, which is 0 or no number.
 inline bool all_finite(std::span<const float> values) {
-  constexpr uint32_t k_exponent = 0x7f800000u;
-  uint32_t bad = 0;
-  for (const float value : values) bad |= (std::bit_cast<uint32_t>(value) & k_exponent) == k_exponent ? 1u : 0u;
-  return bad == 0;
+  const float* const first = values.data();
+  const size_t count = values.size();
+  const auto several = [&]<typename Floats>(Floats zero) {
+    constexpr size_t n = sizeof(Floats) / sizeof(float);
+    Floats sums[4] = {zero, zero, zero, zero};
+    const auto take = [&](size_t i, Floats& sum) {
+      Floats value;
+      std::memcpy(&value, first + i, sizeof value);
+      sum += value * zero;
+    };
+    size_t i = 0;
+    for (; i + 4 * n <= count; i += 4 * n)
+      for (size_t k = 0; k < 4; ++k) take(i + k * n, sums[k]);
+    for (; i + n <= count; i += n) take(i, sums[0]);
+    take(count - n, sums[1]);  // the rest, and some again
+    const auto good = (sums[0] + sums[1]) + (sums[2] + sums[3]) == zero;
+    uint64_t all = ~uint64_t{0}, parts[sizeof good / sizeof all];
+    std::memcpy(parts, &good, sizeof good);
+    for (const uint64_t part : parts) all &= part;
+    return all == ~uint64_t{0};
+  };
+  using Floats4 = float __attribute__((vector_size(16)));
+  using Floats8 = float __attribute__((vector_size(32)));
+  if (count >= 8) return several(Floats8{});
+  if (count >= 4) return several(Floats4{});
+  for (const float value : values)
+    if (!std::isfinite(value)) return false;
+  return true;
 }
 
 /// Where everything of a channel lies: those of rule mean before all others, each kind in the order of the channels.
@@ -74,9 +100,13 @@ struct FilmLayout {
     int output = -1;  ///< its number in output_channels(), the first where it makes several; -1: hidden
     std::vector<int> dividends;  ///< channels that are divided by it
   };
-  std::vector<Place> places;             ///< by channel
-  int means = 0;                         ///< floats of rule mean: the first of a sample, added to the first of the sums
-  std::vector<int> firsts, errors, ids;  ///< channels of those rules
+  struct IdPlace {
+    int sample, id, slots;  ///< as in Place
+  };
+  std::vector<Place> places;        ///< by channel
+  int means = 0;                    ///< floats of rule mean: the first of a sample, added to the first of the sums
+  std::vector<int> firsts, errors;  ///< channels of those rules
+  std::vector<IdPlace> ids;         ///< of the channels of that rule
   int sample_floats = 0, sums = 0, id_slots = 0, planes = 0, output_floats = 0;
   bool plain = true;  ///< nothing but means, all read as they are
 

@@ -80,6 +80,17 @@ int TriangleMesh::find_role(AttributeRole role, std::string_view name, const std
 }
 
 Vec4 TriangleMesh::attribute(int index, uint32_t primitive, const Vec2& barycentric) const {
+  const MeshAttribute& attribute = attributes_[static_cast<size_t>(index)];
+  if (attribute.components == 2 && attribute.domain != AttributeDomain::face) {  // UVs, in fewer steps
+    const auto [a, b, c] = attribute.domain == AttributeDomain::vertex ? vertices(primitive) : corners(primitive);
+    const float* const at[3] = {attribute.values.values.data() + 2 * size_t(a),
+                                attribute.values.values.data() + 2 * size_t(b),
+                                attribute.values.values.data() + 2 * size_t(c)};
+    const auto value = [&](int k) {
+      return at[0][k] + (at[1][k] - at[0][k]) * barycentric.x + (at[2][k] - at[0][k]) * barycentric.y;
+    };
+    return {value(0), value(1), 0, 1};
+  }
   return attribute_gradient(index, primitive, barycentric).value;
 }
 

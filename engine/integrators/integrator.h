@@ -43,6 +43,10 @@ struct IntegratorSettings {
   BounceLimits bounces;
   PixelFilter filter;
   bool film_transparent = false;
+  /// Transparent film: transmission with an alpha up to this counts as a transparent surface, as in Cycles; below 0:
+  /// none does. What other techniques than walks from the camera find through such glass, where it is rough, counts as
+  /// ever.
+  float see_through_alpha = -1.0f;
   float exposure = 1.0f;
   /// Shadow rays whose contribution, exposure included, would be below this are traced with the probability
   /// contribution / threshold, and weigh so much more: saves rays that hardly matter, without bias. 0: all are traced.
@@ -65,13 +69,19 @@ struct IntegratorSettings {
   KernelProfile profile = KernelProfile::solid;
 };
 
-/// The camera sees a hole where the object stands: the film or, through a shadow catcher, the world.
+/// The camera sees a hole where the object stands: the film, whatever it is, or through a shadow catcher the world.
 inline void see_hole(PathEstimate& estimate, const Scene& scene, const InstanceShading& object, bool film_transparent,
                      const Color& throughput, const Vec3& direction_world, const PathCounts& counts) {
-  if (film_transparent)
+  if (film_transparent || !object.shadow_catcher)
     estimate.transparency += average(throughput);
-  else if (object.shadow_catcher)
+  else
     estimate.behind += throughput * scene.background_radiance(direction_world, counts);
+}
+
+/// Whether what is seen after the event counts as seen through a transparent surface: by the film and by passes.
+inline bool counts_as_transparent(const IntegratorSettings& settings, const BsdfSample& scattered) {
+  return (scattered.event & k_scatter_transmission) && !(scattered.event & k_scatter_diffuse) &&
+         scattered.roughness <= settings.see_through_alpha;
 }
 
 /// A sample as the film takes it.
@@ -108,7 +118,8 @@ Result<std::unique_ptr<Integrator>> make_integrator(const std::string& name, std
 /// Names that make_integrator knows.
 std::vector<std::string> integrator_names();
 /// Says what of the scene's light an integrator cannot find: those whose light walks do it all lose lights that start
-/// none, and those without whole camera walks what scatters under surfaces.
+/// none and suns over scenes far larger than what is seen, and those without whole camera walks what scatters under
+/// surfaces.
 void report_lost_light(const std::string& name, const Scene& scene, Report& report);
 /// FilmSettings::splat_unit for that integrator and scene: 0 if it makes no splats.
 double splat_unit(const std::string& name, const Scene& scene, float exposure);

@@ -39,15 +39,21 @@ constexpr Kind k_kinds[] = {{"depth", PassKind::depth, "Z"},
                             {"transmission_color", PassKind::transmission_color, "RGB"},
                             {"volume_direct", PassKind::volume_direct, "RGB"},
                             {"volume_indirect", PassKind::volume_indirect, "RGB"},
+                            {"volume_scatter", PassKind::volume_scatter, "RGB"},
+                            {"volume_transmit", PassKind::volume_transmit, "RGB"},
+                            {"volume_majorant", PassKind::volume_majorant, "Z"},
                             {"emission", PassKind::emission, "RGB", k_light},
                             {"environment", PassKind::environment, "RGB", k_light},
                             {"ambient_occlusion", PassKind::ambient_occlusion, "RGB"},
                             {"shadow", PassKind::shadow, "RGB"},
                             {"sample_count", PassKind::sample_count, "X"},
                             {"noisy", PassKind::noisy, "RGBA", k_light},
+                            {"noisy_shadow_catcher", PassKind::noisy_shadow_catcher, "RGB"},
                             {"denoising_albedo", PassKind::denoising_albedo, "RGB"},
                             {"denoising_normal", PassKind::denoising_normal, "XYZ"},
                             {"denoising_depth", PassKind::denoising_depth, "Z"},
+                            {"denoising_specular_albedo", PassKind::denoising_specular_albedo, "RGB"},
+                            {"denoising_roughness", PassKind::denoising_roughness, "X"},
                             {"aov_color", PassKind::aov_color, "RGBA"},
                             {"aov_value", PassKind::aov_value, "X"},
                             {"light_group", PassKind::light_group, "RGB", k_light},
@@ -66,6 +72,7 @@ constexpr Kind k_kinds[] = {{"depth", PassKind::depth, "Z"},
                             {"shadow_catcher", PassKind::shadow_catcher, "RGB"},
                             {"error", PassKind::error, "RGB"},
                             {"time", PassKind::time, "X"},
+                            {"render_time", PassKind::render_time, "X"},
                             {"vector", PassKind::vector, "XYZW"},
                             {"matte_light", PassKind::matte_light, "RGB"},
                             {"matte", PassKind::matte, "X"}};
@@ -275,8 +282,16 @@ void PassPlan::take_data_slot(const Pass& pass) {
       return take_first(slots.uv);
     case PassKind::denoising_depth:
       return take_first(slots.denoising_depth);
+    case PassKind::denoising_specular_albedo:
+      slots.sharp = true;
+      return take(slots.denoising_specular_albedo);
+    case PassKind::denoising_roughness:
+      slots.sharp = true;
+      return take(slots.denoising_roughness);
     case PassKind::time:
       return take(slots.time);
+    case PassKind::render_time:
+      return take(slots.render_time);
     default:
       return;
   }
@@ -357,8 +372,12 @@ void PassPlan::add(const PassRequest& request, PassKind kind, FilmChannel channe
     channel.rule = ChannelRule::sample_count;
   } else if (kind == PassKind::error) {
     channel.rule = ChannelRule::error;
-  } else if (kind == PassKind::shadow_catcher) {
+  } else if (kind == PassKind::shadow_catcher || kind == PassKind::noisy_shadow_catcher) {
     channel.rule = ChannelRule::caught;
+  } else if (kind == PassKind::vector) {
+    data_slots_.world_moves = request.argument == "world";
+  } else if (kind == PassKind::render_time) {
+    channel.total = true;
   } else if (kind == PassKind::aov_color || kind == PassKind::aov_value) {
     pass.aov = request.argument;
   } else if (kind == PassKind::light_group) {

@@ -9,6 +9,7 @@
 #include "engine/path/transmittance.h"
 #include "engine/sampling/warp.h"
 #include "engine/scene/shadow_ray.h"
+#include "engine/shading/denoising_features.h"
 
 namespace lambent {
 
@@ -96,7 +97,7 @@ float PassRecorder::random() {
 }
 
 void PassRecorder::start_clock() {
-  if (plan_.data_slots_.time >= 0) start_ = std::chrono::steady_clock::now();
+  if (plan_.data_slots_.time >= 0 || plan_.data_slots_.render_time >= 0) start_ = std::chrono::steady_clock::now();
 }
 
 void PassRecorder::begin(int x, int y, uint32_t sample, std::span<float> floats) {
@@ -113,6 +114,7 @@ void PassRecorder::begin(int x, int y, uint32_t sample, std::span<float> floats)
   vertices_ = 0;
   events_ = {};
   saw_surface_ = on_matte_ = met_other_ = false;
+  receiving_ = meets_world_ = world_hidden_ = false;
   occlusion_ = Occlusion::done;
   if (sample == 0 && !plan_.looked_at_.empty() && !data_.empty()) look(x, y);
 }
@@ -181,6 +183,7 @@ void PassRecorder::visible(const SurfaceHit& hit, const SurfaceBinding& binding,
   const float seen = average(throughput);
   const float cover = seen * (1.0f - average(bsdf.transparency()));
   if (slots.albedos) add_colors(point, bsdf, throughput);
+  if (slots.sharp) add_sharp(point, bsdf, throughput);
   // What is seen of the mist's opposite; finish() turns it round.
   if (slots.mist >= 0) values_[slots.mist] += (1.0f - mist(point)) * cover;
   if (cover > 0.0f) {
@@ -190,6 +193,7 @@ void PassRecorder::visible(const SurfaceHit& hit, const SurfaceBinding& binding,
   for (const PassPlan::Pass& pass : plan_.mattes_)
     if (scene_.in_matte(point.object_index, pass.matte)) *at(pass) += cover;
   if (!plan_.aovs_.empty() && cover != 0.0f && binding.program->aov_count() > 0) add_aovs(*binding.program, cover);
+  receiving_ = shared_ && !plan_.received_.empty();
   if (!plan_.received_.empty() && !shared_) sample_received(hit, point, bsdf, throughput);
   if (!saw_surface_ && opaque_enough(binding, bsdf)) {
     if (slots.first_surface) first_surface(hit, point, bsdf, seen);
@@ -202,6 +206,13 @@ void PassRecorder::add_colors(const ShadingPoint& point, const Bsdf& bsdf, const
   const ClassAlbedos albedos = bsdf.class_albedos(point.wi_world);
   for (size_t c = 0; c < slots.colors.size(); ++c) add_if(slots.colors[c], throughput * albedos.of[c]);
   add_if(slots.denoising_albedo, throughput * (bsdf.emission() + albedos.of[0] + albedos.of[1] + albedos.of[2]));
+}
+
+void PassRecorder::add_sharp(const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput) {
+  const PassPlan::DataSlots& slots = plan_.data_slots_;
+  const SpecularFeatures found = specular_features(bsdf, point.wi_world);
+  add_if(slots.denoising_specular_albedo, throughput * found.albedo);
+  if (slots.denoising_roughness >= 0) values_[slots.denoising_roughness] += found.roughness * average(throughput);
 }
 
 float PassRecorder::mist(const ShadingPoint& point) const {
@@ -246,8 +257,7 @@ void PassRecorder::first_surface(const SurfaceHit& hit, const ShadingPoint& poin
   const PassPlan::DataSlots& slots = plan_.data_slots_;
   if (slots.vector >= 0) {
     // As in Cycles every sample that got here counts alike, whatever stands before.
-    const Vec4 motion = scene_.motion()->vector_px(hit, scene_.geometry().instance(hit.instance));
-    if (std::isfinite(motion.x + motion.y + motion.z + motion.w)) std::copy_n(&motion.x, 4, values_ + slots.vector);
+    add_motion(scene_.motion()->vector_px(hit, scene_.geometry().instance(hit.instance)));
   }
   if (slots.vector_weight >= 0) values_[slots.vector_weight] = 1.0f;
   if (slots.denoising_depth >= 0)
@@ -267,6 +277,17 @@ void PassRecorder::first_surface(const SurfaceHit& hit, const ShadingPoint& poin
     const Vec4 value = hit.mesh->attribute(uv_number_, hit.primitive, hit.barycentric);
     add_to(slots.uv, Vec3(value.x, value.y, 1.0f) * seen);
   }
+}
+
+void PassRecorder::missed(const Vec3& direction_world) {
+  if (data_.empty() || !plan_.data_slots_.world_moves || saw_surface_) return;
+  add_motion(scene_.motion()->vector_px(direction_world));
+  values_[plan_.data_slots_.vector_weight] = 1.0f;
+}
+
+void PassRecorder::add_motion(const Vec4& motion_px) {
+  if (std::isfinite(motion_px.x + motion_px.y + motion_px.z + motion_px.w))
+    std::copy_n(&motion_px.x, 4, values_ + plan_.data_slots_.vector);
 }
 
 /// Of what a ray from the point, by the cosine, meets nothing within the distance that the world asks for.
@@ -367,6 +388,14 @@ void PassRecorder::receive_world(const SurfaceHit& hit, const ShadingPoint& poin
   received(unshadowed * transmittance(ray), unshadowed);
 }
 
+void PassRecorder::add_hidden_world(const Vec3& direction_world, const Color& throughput, const PathCounts& counts) {
+  world_hidden_ = true;
+  scene_.lights().for_each_infinite(direction_world, counts.ray_kind, [&](const LightHit& hit) {
+    if (scene_.source_of(hit.light) == LightSource::background)
+      received(Color(0.0f), throughput * scene_.light_radiance(hit, counts));
+  });
+}
+
 void PassRecorder::received(const Color& shadowed, const Color& unshadowed) {
   for (const PassPlan::Pass& pass : plan_.received_) {
     add_to(pass, shadowed);
@@ -389,7 +418,8 @@ void PassRecorder::scattered(uint32_t instance, const Bsdf& bsdf, const Vec3& wi
   ++vertices_;
 }
 
-uint8_t PassRecorder::event_at(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world, const EvalParts* parts) {
+uint8_t PassRecorder::event_of_several(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world,
+                                       const EvalParts* parts) {
   if (parts && parts->known) {
     const EventShares& pdf = parts->pdf;
     const float total = pdf.diffuse + pdf.glossy + pdf.transmission;
@@ -486,10 +516,12 @@ void PassRecorder::finish(const Vec4& picture, const Color& behind) {
   }
   const PassPlan::DataSlots& slots = plan_.data_slots_;
   if (slots.mist >= 0) values_[slots.mist] = 1.0f - values_[slots.mist];
-  if (slots.time >= 0) {
+  if (slots.time >= 0 || slots.render_time >= 0) {
     const std::chrono::steady_clock::time_point before = start_;
     start_clock();
-    values_[slots.time] = std::chrono::duration<float, std::micro>(start_ - before).count();
+    const float microseconds = std::chrono::duration<float, std::micro>(start_ - before).count();
+    if (slots.time >= 0) values_[slots.time] = microseconds;
+    if (slots.render_time >= 0) values_[slots.render_time] = 1e-3f * microseconds;
   }
   for (const PassPlan::Copy& copy : plan_.copies_) std::copy_n(values_ + copy.from, copy.floats, values_ + copy.to);
 }

@@ -54,15 +54,21 @@ enum class PassKind : uint8_t {
   transmission_color,
   volume_direct,
   volume_indirect,
+  volume_scatter,
+  volume_transmit,
+  volume_majorant,
   emission,
   environment,
   ambient_occlusion,
   shadow,
   sample_count,
   noisy,
+  noisy_shadow_catcher,
   denoising_albedo,
   denoising_normal,
   denoising_depth,
+  denoising_specular_albedo,
+  denoising_roughness,
   aov_color,
   aov_value,
   light_group,
@@ -81,6 +87,7 @@ enum class PassKind : uint8_t {
   shadow_catcher,
   error,
   time,
+  render_time,
   vector,
   matte_light,
   matte,
@@ -162,11 +169,13 @@ class PassPlan {
   /// The same for what the camera sees. A kind that is asked for twice is copied when the sample is done.
   struct DataSlots {
     std::array<int, k_lobe_classes> colors{-1, -1, -1};
-    int denoising_albedo = -1, mist = -1, ambient_occlusion = -1;
+    int denoising_albedo = -1, denoising_specular_albedo = -1, denoising_roughness = -1, mist = -1,
+        ambient_occlusion = -1;
     int cryptomatte_object = -1, cryptomatte_material = -1, cryptomatte_asset = -1;
     int vector = -1, vector_weight = -1, normal = -1, uv = -1, denoising_normal = -1, denoising_depth = -1;
-    int time = -1;
-    bool albedos = false, ids = false, normals = false, first_surface = false;  ///< some of these
+    int time = -1, render_time = -1;
+    bool albedos = false, sharp = false, ids = false, normals = false, first_surface = false;  ///< some of these
+    bool world_moves = false;  ///< `vector` is also of samples that meet nothing
   };
   struct Copy {
     int from, to, floats;
@@ -219,8 +228,9 @@ struct PathSignature {
 /// One thread's: follows one sample at a time.
 ///
 /// A kernel that does next event at the first surface, and whose walk goes on from there, may share both: what its
-/// light and its next ray show are the light received and the occlusion that passes ask for (share()). Else the
-/// recorder samples a light and traces rays of its own.
+/// light and its next ray show are the light received and the occlusion that passes ask for (share()). An even world is
+/// no light that its next event chooses: the surface receives it by the next ray, by what that meets. Else the recorder
+/// samples a light and traces rays of its own.
 class PassRecorder {
  public:
   /// Keeps references.
@@ -228,10 +238,9 @@ class PassRecorder {
   /// For the parts (PassPlan::wants_parts) of another picture of `scene`: it records light alone.
   PassRecorder(const PassPlan& plan, const Scene& scene, OtherPicture picture);
 
-  /// The kernel will tell received() of all lights that it samples at a surface that the camera sees, of the even world
-  /// that its next ray meets, sampled() and next_ray().
+  /// The kernel will tell received() of all lights that it samples while receiving(), sampled(), leave(), the even
+  /// world that its next ray meets or does not (met_world(), hide_world()), and next_ray().
   void share() { shared_ = true; }
-  bool wants_received() const { return !plan_.received_.empty(); }
 
   /// A sample's time is that since the one before it, or since this.
   void start_clock();
@@ -245,18 +254,38 @@ class PassRecorder {
   /// A surface that the camera sees: directly or through transparent ones, whose transmittance is `throughput`.
   void visible(const SurfaceHit& hit, const SurfaceBinding& binding, const ShadingPoint& point, const Bsdf& bsdf,
                const Color& throughput);
+  /// Next event is at the surface just seen: received() is to be told of its light.
+  bool receiving() const { return receiving_; }
+  /// The walk goes on under the surface: what is received where it comes out is none of this surface's.
+  void pass_under() { receiving_ = false; }
   /// Light that a sampled light sends to the surface just seen and on to the camera, with what stands before the light
   /// and without; throughput included.
   void received(const Color& shadowed, const Color& unshadowed);
   /// How the surface just seen sent the walk on, or would have: by lobe number `picked` of its.
   void sampled(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, const BsdfSample& sample,
                int picked);
+  /// The walk scatters, and not straight on.
+  void leave(const BsdfSample& sample) {
+    meets_world_ = receiving_ && !(sample.event & k_scatter_delta) && scene_.lights().has_even_world();
+    world_hidden_ = receiving_ = false;
+  }
+  bool waits_for_world() const { return meets_world_; }
+  /// The even world that the next ray met. @param counts as light for the walk
+  void met_world(const Color& radiance, bool counts) {
+    received(counts ? radiance : Color(0.0f), world_hidden_ ? Color(0.0f) : radiance);
+  }
+  /// Something stands before the world in that direction; a transparent surface perhaps.
+  void hide_world(const Vec3& direction_world, const Color& throughput, const PathCounts& counts) {
+    if (meets_world_ && !world_hidden_) add_hidden_world(direction_world, throughput, counts);
+  }
   /// The walk's next ray: what it met (null: nothing) at distance t. Asked for by waits_for_ray().
   void next_ray(float t, const Program* met);
   bool waits_for_ray() const { return occlusion_ == Occlusion::next_ray; }
   /// The walk scattered at its next vertex, on `instance`. @param parts of the evaluation in that direction, or null
   void scattered(uint32_t instance, const Bsdf& bsdf, const Vec3& wi_world, const BsdfSample& sample,
                  const EvalParts* parts = nullptr);
+  /// The walk met nothing behind transparent surfaces alone.
+  void missed(const Vec3& direction_world);
   /// Light that the walk met.
   void met(const Color& value, LightSource source, uint16_t group);
   /// The camera sees the world along `direction` through a transparent film: no part of the picture, but of what shows
@@ -291,7 +320,9 @@ class PassRecorder {
   bool meets_other(const LightWalk& walk, int depth) const;
   bool wants_mattes() const { return mattes_; }
   /// An event for a pair of directions, chosen by what each kind of lobe has of the light.
-  uint8_t event_at(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world, const EvalParts* parts = nullptr);
+  uint8_t event_at(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world, const EvalParts* parts = nullptr) {
+    return parts && parts->only_event ? parts->only_event : event_of_several(bsdf, wi_world, wo_world, parts);
+  }
 
  private:
   /// Uniform in [0, 1).
@@ -309,12 +340,15 @@ class PassRecorder {
   void add_if(int sample_float, const Color& value) {
     if (sample_float >= 0) add_to(sample_float, value);
   }
+  uint8_t event_of_several(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world, const EvalParts* parts);
   void add_background_albedo(const Color& value);
   void add_id(int sample_float, float id, float weight);
   void add_colors(const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput);
+  void add_sharp(const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput);
   float mist(const ShadingPoint& point) const;
   void add_ids(const SurfaceBinding& binding, const ShadingPoint& point, float cover);
   void first_surface(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, float seen);
+  void add_motion(const Vec4& motion_px);
   void add_aovs(const Program& program, float cover);
   void look(int x, int y);
   void look_at(const PassPlan::Pass& pass, const ShadingPoint& point);
@@ -323,6 +357,7 @@ class PassRecorder {
   void occlude(const SurfaceHit& hit, const ShadingPoint& point);
   void add_occlusion(float amount);
   float open(const Ray& ray) const;
+  void add_hidden_world(const Vec3& direction_world, const Color& throughput, const PathCounts& counts);
   void receive_world(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput);
   void sample_received(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput);
   /// @param blockers LinkSets' of the light at its end
@@ -339,6 +374,9 @@ class PassRecorder {
   const bool classes_ = false, events_wanted_ = false;  ///< as PassPlan's
   const bool mattes_ = false;                           ///< follows what is brought to mattes
   bool shared_ = false;
+  bool receiving_ = false;     ///< next event is to tell what the surface just seen receives
+  bool meets_world_ = false;   ///< the even world that the next ray meets is received by what the camera saw
+  bool world_hidden_ = false;  ///< ... and something stands before it
   int x_ = 0, y_ = 0;
   uint32_t sample_ = 0;
   bool random_begun_ = false;

@@ -78,7 +78,8 @@ float sum_of_ratios(const PathPdfs& pdfs, const TechniqueSet& set, const Techniq
   };
   const auto connection_term = [&](int m, float q_m) {
     if (m == 0) {
-      if (set.light_tracing && (flags[1] & k_connectible) && n <= counts.max_light_vertices)
+      if (set.light_tracing && n >= set.first_light_tracing && (flags[1] & k_connectible) &&
+          n <= counts.max_light_vertices)
         sum += power(q_m * counts.light_paths);
     } else if (set.connections && n - m <= counts.max_light_vertices && (flags[m] & k_connectible) &&
                (flags[m + 1] & k_connectible)) {

@@ -61,7 +61,8 @@ struct Oracle {
       case Technique::next_event:
         return set.next_event && flag(n, k_connectible) ? camera(n) * static_cast<double>(pdfs.next_event) : 0.0;
       case Technique::light_tracing:
-        return set.light_tracing && flag(1, k_connectible | k_light_scatters) && n <= counts.max_light_vertices
+        return set.light_tracing && n >= set.first_light_tracing && flag(1, k_connectible | k_light_scatters) &&
+                       n <= counts.max_light_vertices
                    ? light(1) * static_cast<double>(counts.light_paths)
                    : 0.0;
       case Technique::connection:

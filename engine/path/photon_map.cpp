@@ -12,6 +12,39 @@
 
 namespace lambent {
 
+namespace {
+
+/// Photons that a thread sorts or merges before it looks whether it is still wanted: about a hundredth of a second.
+constexpr uint32_t k_sorted_at_once = 1u << 16;
+
+bool comes_before(const Photon& l, const Photon& r) {
+  const auto key = [](const Photon& p) {
+    return std::tuple(p.p_world.x, p.p_world.y, p.p_world.z, p.wi, p.flux.bits, p.normal);
+  };
+  return key(l) < key(r);
+}
+
+/// Sorts a bucket. Where the photons of a whole picture lie in one, all threads do, and stop when it is cancelled.
+void sort_bucket(std::span<Photon> photons, const CancelFlag& cancel) {
+  const size_t count = photons.size();
+  if (count <= k_sorted_at_once) {
+    std::sort(photons.begin(), photons.end(), comes_before);
+    return;
+  }
+  const size_t parts = std::bit_ceil((count + k_sorted_at_once - 1) / k_sorted_at_once);
+  const auto part = [&](size_t i) { return photons.begin() + static_cast<std::ptrdiff_t>(i * count / parts); };
+  tbb::parallel_for(size_t{0}, parts, [&](size_t i) {
+    if (!cancel.cancelled()) std::sort(part(i), part(i + 1), comes_before);
+  });
+  for (size_t width = 1; width < parts; width *= 2)
+    tbb::parallel_for(size_t{0}, parts / (2 * width), [&](size_t pair) {
+      const size_t i = 2 * width * pair;
+      if (!cancel.cancelled()) std::inplace_merge(part(i), part(i + width), part(i + 2 * width), comes_before);
+    });
+}
+
+}  // namespace
+
 uint32_t PhotonMap::bucket_of(const Cell& cell) const {
   return hash_combine(hash_combine(hash_u32(static_cast<uint32_t>(cell.x)), static_cast<uint32_t>(cell.y)),
                       static_cast<uint32_t>(cell.z)) &
@@ -43,7 +76,7 @@ void PhotonMap::build(std::span<PhotonBatch* const> batches, float cell_m, const
   const uint32_t buckets = std::bit_ceil(static_cast<uint32_t>(std::clamp<size_t>(photons, 16, size_t(1) << 30)));
   bucket_mask_ = buckets - 1;
   photons_.resize(photons);
-  records_.resize(records);
+  if (!cancel.cancelled()) records_.resize(records);
   const bool keep_events = !batches.empty() && batches[0]->keep_events;
   events_.resize(keep_events ? records : 0);
   starts_.assign(size_t(buckets) + 1, 0);
@@ -63,22 +96,20 @@ void PhotonMap::build(std::span<PhotonBatch* const> batches, float cell_m, const
     uint32_t running = 0;
     for (uint32_t b = 0; b < buckets; ++b) running += std::exchange(starts_[b + 1], running);
     tbb::parallel_for(size_t{0}, batches.size(), [&](size_t b) {
+      if (cancel.cancelled()) return;
       for (Photon photon : batches[b]->photons) {
         photon.record += static_cast<uint32_t>(first_record[b]);
         photons_[count_of(bucket_of(cell_of(photon.p_world))).fetch_add(1, std::memory_order_relaxed)] = photon;
       }
       batches[b]->clear();
     });
-    const auto key = [](const Photon& p) {
-      return std::tuple(p.p_world.x, p.p_world.y, p.p_world.z, p.wi, p.flux.bits, p.normal);
-    };
+    if (cancel.cancelled()) return;
     constexpr uint32_t k_grain = 4096;
     tbb::parallel_for(uint32_t{0}, (buckets + k_grain - 1) / k_grain, [&](uint32_t chunk) {
       if (cancel.cancelled()) return;
       for (uint32_t b = chunk * k_grain, end = std::min(buckets, b + k_grain); b < end; ++b)
         if (starts_[b + 1] - starts_[b] > 1)
-          std::sort(photons_.begin() + starts_[b], photons_.begin() + starts_[b + 1],
-                    [&](const Photon& l, const Photon& r) { return key(l) < key(r); });
+          sort_bucket(std::span(photons_).subspan(starts_[b], starts_[b + 1] - starts_[b]), cancel);
     });
   };
   if (threads > 0)

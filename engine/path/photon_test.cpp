@@ -2,7 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <pthread.h>
+
 #include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <ctime>
+#include <numeric>
+#include <random>
+#include <thread>
 #include <tuple>
 
 #include "engine/path/photon_map.h"
@@ -168,6 +176,71 @@ TEST(PhotonMap, content_and_order_depend_on_neither_the_order_of_batches_nor_thr
       EXPECT_EQ(found, references) << threads << " threads" << (reversed ? ", reversed" : "");
     }
   }
+}
+
+/// Photons in one point, told apart by their flux, in an order of their own for each seed.
+PhotonBatch crowd(int count, uint32_t seed) {
+  std::vector<int> order(static_cast<size_t>(count));
+  std::iota(order.begin(), order.end(), 0);
+  std::shuffle(order.begin(), order.end(), std::mt19937(seed));
+  PhotonBatch batch;
+  for (const int i : order) {
+    PhotonRecord record;
+    record.depth = 1;
+    batch.records.push_back(record);
+    batch.photons.push_back(
+        {Vec3(0.3f), 1, PackedColor{static_cast<uint64_t>(i)}, 2, static_cast<uint32_t>(batch.records.size() - 1)});
+  }
+  return batch;
+}
+
+TEST(PhotonMap, a_crowded_cell_is_sorted_whatever_the_order_and_threads) {
+  constexpr int k_count = 300000;
+  for (const int threads : {1, 2}) {
+    std::vector<PhotonBatch> batches{crowd(k_count, static_cast<uint32_t>(threads))};
+    PhotonMap map;
+    map.build(pointers(batches), 0.1f, k_bounds, k_count, threads, {});
+    uint64_t next = 0;
+    bool sorted = true;
+    map.query(Vec3(0.3f), 0.01f, 1u << 30, 0.0f,
+              [&](const Photon& photon, float) { sorted = sorted && photon.flux.bits == next++; });
+    EXPECT_TRUE(sorted) << threads << " threads";
+    EXPECT_EQ(next, static_cast<uint64_t>(k_count));
+  }
+}
+
+double cpu_s(clockid_t clock) {
+  timespec now;
+  clock_gettime(clock, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+TEST(PhotonMap, building_ends_within_50_ms_of_work_when_it_is_cancelled) {
+  constexpr int k_count = 2000000;  // sorting them at once would take half a second
+  const PhotonBatch all = crowd(k_count, 3);
+  clockid_t clock;
+  ASSERT_EQ(pthread_getcpuclockid(pthread_self(), &clock), 0);
+  bool was_cut = false;
+  for (const double work_s : {0.0, 0.05, 0.1, 0.2, 0.3}) {
+    std::vector<PhotonBatch> batches{all};
+    PhotonMap map;
+    CancelFlag cancel;
+    std::atomic<bool> done{false};
+    double cancelled_s = 0.0;
+    const double start_s = cpu_s(clock);
+    std::thread canceller([&] {
+      while (cpu_s(clock) - start_s < work_s && !done) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      cancelled_s = cpu_s(clock);
+      cancel.cancel();
+    });
+    map.build(pointers(batches), 0.1f, k_bounds, k_count, 1, cancel);
+    const double end_s = cpu_s(clock);
+    done = true;
+    canceller.join();
+    was_cut = was_cut || map.empty();
+    EXPECT_LT(end_s - cancelled_s, 0.05) << "cancelled after " << work_s << " s of work";
+  }
+  EXPECT_TRUE(was_cut);
 }
 
 TEST(PhotonMap, of_nothing_answers_nothing) {

@@ -25,6 +25,7 @@ struct TechniqueSet {
   bool connections = false;    ///< to the light walk of the same sample
   bool shared_lights = false;  ///< connections go to light walks that all pixels share (VPL)
   bool light_tracing = false;
+  int first_light_tracing = 1;  ///< which needs x_1 to be at least so far along the light walk
   bool merging = false;
   int first_merge_camera = 1;  ///< merging i needs i at least this ...
   int first_merge_light = 1;   ///< ... and x_i to be at least so far along the light walk (1: its first hit)
@@ -38,8 +39,15 @@ inline constexpr TechniqueSet k_techniques_lt{.light_tracing = true};
 inline constexpr TechniqueSet k_techniques_vpl{.next_event = true, .shared_lights = true};
 inline constexpr TechniqueSet k_techniques_ppm{.merging = true};
 inline constexpr TechniqueSet k_techniques_bpm{.camera_scatters = true, .merging = true};
-inline constexpr TechniqueSet k_techniques_bpt{
-    .camera_scatters = true, .emission = true, .next_event = true, .connections = true, .light_tracing = true};
+/// No light tracing for direct light on what the camera sees: next events and emission hits find all of it and vary far
+/// less than the number of walks that happen to arrive in a pixel, which weights, blind to variance, would not know
+/// (Grittmann et al. 2019, "Variance-Aware Multiple Importance Sampling").
+inline constexpr TechniqueSet k_techniques_bpt{.camera_scatters = true,
+                                               .emission = true,
+                                               .next_event = true,
+                                               .connections = true,
+                                               .light_tracing = true,
+                                               .first_light_tracing = 2};
 /// No merging for direct light (first_merge_light) and what the camera sees directly (first_merge_camera): others find
 /// that better, and merging would blur it.
 inline constexpr TechniqueSet k_techniques_vcm{.camera_scatters = true,
@@ -47,6 +55,7 @@ inline constexpr TechniqueSet k_techniques_vcm{.camera_scatters = true,
                                                .next_event = true,
                                                .connections = true,
                                                .light_tracing = true,
+                                               .first_light_tracing = 2,
                                                .merging = true,
                                                .first_merge_camera = 2,
                                                .first_merge_light = 2};

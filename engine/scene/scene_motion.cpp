@@ -24,7 +24,6 @@ Vec3 interpolated(const SharedSpan<float>& positions, const SurfaceHit& hit) {
 
 Vec3 SceneMotion::place(const Step& step, const SurfaceHit& hit, const Instance& instance) const {
   const Object& object = step.objects[instance.object];
-  if (object.world_from_object.empty() && object.positions.empty()) return hit.p_world;
   Vec3 p_object = instance.object_from_world.point(hit.p_world);
   // By the difference: the surface may have been displaced from the positions that the user gave.
   if (!object.positions.empty())
@@ -33,16 +32,21 @@ Vec3 SceneMotion::place(const Step& step, const SurfaceHit& hit, const Instance&
                                           : object.world_from_object[instance.index_in_object].point(p_object);
 }
 
-bool SceneMotion::moves(const Step& step, const Instance& instance) {
-  const Object& object = step.objects[instance.object];
-  return step.camera_moves || !object.world_from_object.empty() || !object.positions.empty();
+Vec4 SceneMotion::vector_px(const SurfaceHit& hit, const Instance& instance) const {
+  const auto seen_to_move = [&](const Step& step) { return step.camera_moves || moves(step.objects[instance.object]); };
+  if (!seen_to_move(steps_[0]) && !seen_to_move(steps_[1])) return Vec4(0.0f);
+  const Vec2 now = camera_.raster_of(hit.p_world);
+  const auto raster_in = [&](const Step& step) {
+    return step.camera.raster_of(moves(step.objects[instance.object]) ? place(step, hit, instance) : hit.p_world);
+  };
+  const Vec2 before = raster_in(steps_[0]) - now, after = now - raster_in(steps_[1]);
+  return {before.x, before.y, after.x, after.y};
 }
 
-Vec4 SceneMotion::vector_px(const SurfaceHit& hit, const Instance& instance) const {
-  if (!moves(steps_[0], instance) && !moves(steps_[1], instance)) return Vec4(0.0f);
-  const Vec2 now = camera_.raster_of(hit.p_world);
-  const Vec2 before = steps_[0].camera.raster_of(place(steps_[0], hit, instance)) - now;
-  const Vec2 after = now - steps_[1].camera.raster_of(place(steps_[1], hit, instance));
+Vec4 SceneMotion::vector_px(const Vec3& direction_world) const {
+  if (!steps_[0].camera_moves && !steps_[1].camera_moves) return Vec4(0.0f);
+  const auto seen = [&](const Camera& camera) { return camera.raster_of(camera.origin() + direction_world); };
+  const Vec2 now = seen(camera_), before = seen(steps_[0].camera) - now, after = now - seen(steps_[1].camera);
   return {before.x, before.y, after.x, after.y};
 }
 

@@ -32,9 +32,12 @@ class SceneMotion {
   /// How the surface at a hit moves over the picture, px: x, y of its place in the previous frame less its place now,
   /// then of its place now less its place in the next (as Cycles: kernel/geom/primitive.h, primitive_motion_vector).
   Vec4 vector_px(const SurfaceHit& hit, const Instance& instance) const;
+  /// The same of what lies infinitely far along a direction, as Cycles 5.2 has it for the world.
+  Vec4 vector_px(const Vec3& direction_world) const;
 
  private:
-  static bool moves(const Step& step, const Instance& instance);
+  static bool moves(const Object& object) { return !object.world_from_object.empty() || !object.positions.empty(); }
+  /// @param instance of an object that moves
   Vec3 place(const Step& step, const SurfaceHit& hit, const Instance& instance) const;
 
   Camera camera_;

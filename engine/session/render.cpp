@@ -4,18 +4,9 @@
 
 #include "engine/base/check.h"
 #include "engine/film/adaptive.h"
+#include "engine/session/pass_length.h"
 
 namespace lambent {
-
-namespace {
-
-/// Passes grow: 1, 2, 4, 8, 16 samples, then 16 more each: something to see at once, and later long enough pieces.
-int64_t next_target(int64_t samples, int64_t limit) {
-  const int64_t next = samples < 1 ? 1 : samples < 16 ? 2 * samples : (samples / 16 + 1) * 16;
-  return limit > 0 ? std::min(next, limit) : next;
-}
-
-}  // namespace
 
 Render::Render(WorkerPool& pool, std::shared_ptr<Film> film, std::unique_ptr<Integrator> integrator,
                const RenderGoal& goal, const CancelFlag& cancel, std::function<void()> tile_finished)
@@ -27,7 +18,7 @@ Render::Render(WorkerPool& pool, std::shared_ptr<Film> film, std::unique_ptr<Int
       tile_finished_(std::move(tile_finished)),
       tile_busy_(static_cast<size_t>(film_->tiles().count()), 0) {
   integrator_->prepare(*film_);
-  target_ = film_->min_sample_count();
+  target_ = before_pass_ = film_->min_sample_count();
   begin_next_pass();
 }
 
@@ -37,10 +28,16 @@ void Render::begin_next_pass() {
   if (is_adaptive_check(goal_.noise_threshold, target_) && film_->stop_converged(goal_.noise_threshold, target_) == 0)
     exhausted_ = true;
   const bool one_by_one = integrator_->stages(target_) > 0;
-  const int64_t next =
-      one_by_one && (goal_.samples == 0 || target_ < goal_.samples) ? target_ + 1 : next_target(target_, goal_.samples);
+  const double now_s = elapsed_s();
+  const double sample_s =
+      target_ > before_pass_ ? (now_s - pass_start_s_) / static_cast<double>(target_ - before_pass_) : 0.0;
+  const int64_t next = one_by_one && (goal_.samples == 0 || target_ < goal_.samples)
+                           ? target_ + 1
+                           : next_pass_target(target_, goal_.samples, sample_s);
   if (next <= target_ || tile_busy_.empty()) exhausted_ = true;
   if (exhausted_) return;
+  before_pass_ = target_;
+  pass_start_s_ = now_s;
   target_ = next;
   next_tile_ = 0;
   done_in_pass_ = 0;
@@ -171,12 +168,9 @@ double Render::fraction_done() const {
   double fraction = -1.0;
   const double tiles = std::max<double>(1.0, static_cast<double>(tile_busy_.size()));
   if (goal_.samples > 0) {
-    const int64_t before = integrator_->stages(target_ - 1) > 0 ? target_ - 1
-                           : target_ <= 1                       ? 0
-                           : target_ <= 16                      ? target_ / 2
-                                                                : (target_ - 1) / 16 * 16;
-    fraction = (static_cast<double>(before) + static_cast<double>(target_ - before) * done_in_pass_ / tiles) /
-               static_cast<double>(goal_.samples);
+    fraction =
+        (static_cast<double>(before_pass_) + static_cast<double>(target_ - before_pass_) * done_in_pass_ / tiles) /
+        static_cast<double>(goal_.samples);
   }
   if (goal_.time_limit_s > 0.0) fraction = std::max(fraction, elapsed_s() / goal_.time_limit_s);
   return std::min(fraction, 1.0);

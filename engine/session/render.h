@@ -71,7 +71,9 @@ class Render final : public WorkSource {
   mutable std::mutex mutex_;
   std::condition_variable finished_;
   std::vector<char> tile_busy_;
-  int64_t target_ = 0;                                       ///< samples of the pass being handed out
+  int64_t target_ = 0;                                       ///< samples after the pass being handed out
+  int64_t before_pass_ = 0;                                  ///< and before it
+  double pass_start_s_ = 0.0;                                ///< when it began, since run() began
   int next_tile_ = 0;                                        ///< of that pass
   int busy_ = 0;                                             ///< tiles and pieces being worked on
   int stage_ = 0, stage_pieces_ = 0, next_stage_piece_ = 0;  ///< stage under way; Integrator::stages(): the tiles

@@ -56,6 +56,10 @@ IntegratorSettings integrator_settings(const description::Settings& settings, co
       break;
   }
   result.film_transparent = settings.film_transparent;
+  if (settings.film_transparent && settings.film_transparent_glass)
+    result.see_through_alpha = settings.film_transparent_roughness > 0.0f
+                                   ? settings.film_transparent_roughness * settings.film_transparent_roughness
+                                   : 0.0f;
   result.exposure = settings.exposure;
   result.clamp_direct = settings.clamp_direct;
   result.clamp_indirect = settings.clamp_indirect;
@@ -142,7 +146,8 @@ FilmSettings film_settings(const description::Settings& settings, const Scene& s
     result.region = {x0, y0, x1 - x0, y1 - y0};
   }
   result.tile_size_px = settings.tile_size_px;
-  result.allow_negative = scene.subtracts_light();
+  // A sample that sees the film through glass may weigh more than 1, and its alpha less than 0.
+  result.allow_negative = scene.subtracts_light() || (settings.film_transparent && settings.film_transparent_glass);
   result.second_moments = settings.noise_threshold > 0.0f;
   result.splat_unit = splat_unit(settings.integrator, scene, settings.exposure);
   return result;
@@ -153,11 +158,12 @@ std::string render_identity(const description::Settings& settings) {
   std::string passes;  // the film knows their names and forms
   for (const description::Pass& pass : settings.passes) passes += fmt::format(" {} '{}'", pass.kind, pass.argument);
   return fmt::format(
-      "{} seed {} filter {} {} size {}x{} bounces {} {} {} {} {} transparent {} exposure {} camera {} passes{}",
+      "{} seed {} filter {} {} size {}x{} bounces {} {} {} {} {} transparent {} {} exposure {} camera {} passes{}",
       settings.integrator, settings.seed, static_cast<int>(settings.pixel_filter), settings.filter_width_px,
       settings.width, settings.height, settings.max_bounces, settings.diffuse_bounces, settings.glossy_bounces,
-      settings.transmission_bounces, settings.transparent_bounces, settings.film_transparent, settings.exposure,
-      settings.camera, passes);
+      settings.transmission_bounces, settings.transparent_bounces, settings.film_transparent,
+      settings.film_transparent_glass ? settings.film_transparent_roughness : -1.0f, settings.exposure, settings.camera,
+      passes);
 }
 
 }  // namespace

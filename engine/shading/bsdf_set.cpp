@@ -55,12 +55,13 @@ float adjoint(const Vec3& ng, const Vec3& wi, const Vec3& wo, Transport transpor
   return cos_wi > 1e-6f ? std::fabs(dot(wo, ng)) / cos_wi : 0.0f;
 }
 
-uint8_t event_of(const Lobe& lobe, bool transmitted) {
+/// @param apart the two directions, by the lobe's normal
+uint8_t event_of(const Lobe& lobe, bool apart) {
   if (lobe.kind == LobeKind::transparent) return k_scatter_transparent | k_scatter_delta;
   if (lobe.kind == LobeKind::portal) return k_scatter_portal | k_scatter_transparent | k_scatter_delta;
   if (lobe.kind == LobeKind::subsurface) return k_scatter_subsurface | k_scatter_delta;
   uint8_t event = is_diffuse(lobe.kind) ? k_scatter_diffuse : k_scatter_glossy;
-  if (transmitted) event |= k_scatter_transmission;
+  if (goes_through(lobe.kind, apart)) event |= k_scatter_transmission;
   if (is_delta(lobe)) event |= k_scatter_delta;
   return event;
 }
@@ -107,7 +108,8 @@ Term eval_term(const Lobe& lobe, BumpShadowing rule, const Vec3& ng, const Vec3&
   return term;
 }
 
-void add_event(EventShares& shares, LobeKind kind, bool transmitted, float pdf) {
+void add_event(EventShares& shares, LobeKind kind, bool apart, float pdf) {
+  const bool transmitted = goes_through(kind, apart);
   (transmitted ? shares.transmission : is_diffuse(kind) ? shares.diffuse : shares.glossy) += pdf;
   if (transmitted && is_diffuse(kind)) shares.diffuse_transmission += pdf;
 }
@@ -312,9 +314,14 @@ BsdfEval Bsdf::eval_lobes(const Vec3& wi_world, const Vec3& wo_world, Transport 
     result.f_cos += term.f_cos;
     result.pdf_solid_angle += selected.of[i] * term.pdf;
     if constexpr (wants_parts) {
-      const bool transmitted = dot(lobe.n, wi_world) * dot(lobe.n, wo_world) < 0.0f;
-      parts->f_cos[static_cast<size_t>(class_of(lobe.kind, transmitted))] += term.f_cos;
-      add_event(parts->pdf, lobe.kind, transmitted, selected.of[i] * term.pdf);
+      const bool apart = dot(lobe.n, wi_world) * dot(lobe.n, wo_world) < 0.0f;
+      const LobeClass one = class_of(lobe.kind, apart);
+      parts->f_cos[static_cast<size_t>(one)] += term.f_cos;
+      if (count_ == 1) {
+        parts->only_event = event_of(lobe, apart);
+        parts->only_class = one;
+      }
+      add_event(parts->pdf, lobe.kind, apart, selected.of[i] * term.pdf);
     }
     result.pdf_reverse_solid_angle += share_reverse * term.pdf_reverse;
   }
@@ -383,6 +390,12 @@ BsdfSample Bsdf::sample_lobes(const Vec3& wi_world, float u_choice, const Vec2& 
     result.pdf_solid_angle = local.z * k_inv_pi;
     result.event = k_scatter_diffuse;
     result.lobe = picked;
+    if constexpr (wants_parts) {
+      parts->known = true;
+      parts->f_cos[static_cast<size_t>(LobeClass::diffuse)] = result.weight * result.pdf_solid_angle;
+      parts->pdf.diffuse = result.pdf_solid_angle;
+      parts->only_event = k_scatter_diffuse;
+    }
     return result;
   }
   if (lobe.kind == LobeKind::subsurface) {
@@ -490,7 +503,7 @@ auto Bsdf::only(const Vec3& wi_world, const Vec3& wo_world, KindOf&& kind_of) co
 }
 
 std::optional<LobeClass> Bsdf::only_class(const Vec3& wi_world, const Vec3& wo_world) const {
-  return only(wi_world, wo_world, [](const Lobe& lobe, bool transmitted) { return class_of(lobe.kind, transmitted); });
+  return only(wi_world, wo_world, [](const Lobe& lobe, bool apart) { return class_of(lobe.kind, apart); });
 }
 
 std::optional<uint8_t> Bsdf::only_event(const Vec3& wi_world, const Vec3& wo_world) const {
@@ -518,7 +531,7 @@ EventShares Bsdf::event_shares(const Vec3& wi_world, const Vec3& wo_world) const
   return result;
 }
 
-ClassShares EvalParts::class_shares() const {
+ClassShares EvalParts::shares_of_several() const {
   ClassShares result;
   const Color total = f_cos[0] + f_cos[1] + f_cos[2];
   for (int k = 0; k < 3; ++k) {

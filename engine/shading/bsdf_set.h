@@ -21,9 +21,15 @@ struct EvalParts {
   EventShares pdf;
   bool known = false;  ///< false: nothing had to be evaluated
   int picked = -1;     ///< sample(): number of the lobe chosen, also where the sample fails; -1: none
+  /// Where there is one lobe alone, its event and class, which say the same with less work; else k_scatter_none.
+  uint8_t only_event = k_scatter_none;
+  LobeClass only_class = LobeClass::diffuse;
 
   /// As Bsdf::class_shares(). Requires known.
-  ClassShares class_shares() const;
+  ClassShares class_shares() const { return only_event ? ClassShares::all_of(only_class) : shares_of_several(); }
+
+ private:
+  ClassShares shares_of_several() const;
 };
 
 /// Filled by Program::evaluate on the stack; no virtual calls, no allocation. Reusable after begin().

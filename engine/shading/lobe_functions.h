@@ -39,11 +39,17 @@ inline bool is_diffuse(LobeKind kind) { return kind <= LobeKind::translucent; }
 inline bool transmits_alone(LobeKind kind) {
   return kind == LobeKind::refraction || kind == LobeKind::hair_transmission || kind == LobeKind::thin_transmission;
 }
+/// Whether a lobe transmits between two directions, `apart` by its normal. Seen from a light, one that only reflects
+/// may have them so at silhouettes, where interpolated normals and the surface disagree.
+inline bool goes_through(LobeKind kind, bool apart) {
+  return sends_through(kind) && (apart || !(kind == LobeKind::glass || is_fibre(kind)));
+}
 /// The class that passes count a lobe in, for a pair of directions that it transmits or reflects. Velvet scatters as a
 /// diffuse lobe does, but counts as glossy here, as in Cycles.
-inline LobeClass class_of(LobeKind kind, bool transmitted) {
+inline LobeClass class_of(LobeKind kind, bool apart) {
   if (kind == LobeKind::velvet) return LobeClass::glossy;
-  return is_diffuse(kind) ? LobeClass::diffuse : transmitted ? LobeClass::transmission : LobeClass::glossy;
+  if (is_diffuse(kind)) return LobeClass::diffuse;
+  return goes_through(kind, apart) ? LobeClass::transmission : LobeClass::glossy;
 }
 /// Directional albedo of the qualitative Oren–Nayar model of Fujii (mimosa-pudica.net/improved-oren-nayar.html, whose G
 /// is an integral in closed form) with scale and sigma as eval_lobe has them.

@@ -240,6 +240,12 @@ except RuntimeError as error:
     assert "uninvited" in run.output.split("REFUSED ")[1], run.output
 
 
+def test_vectors_are_also_of_the_world_where_blender_has_it_so(run_blender):
+    run = run_blender("bpy.context.view_layer.use_pass_vector = True\nquad()\nrender()\nprint('WORLD', bpy.app.version >= (5, 2, 0))\n")
+    vector = next(entry for entry in run.values("settings")["render"]["passes"][1:] if entry["kind"] == "vector")
+    assert (vector.get("argument") == "world") == ("WORLD True" in run.output)
+
+
 def test_viewports_and_previews_ask_for_combined_alone(run_blender):
     run = run_blender(
         """
@@ -375,3 +381,24 @@ def test_files_say_how_a_layer_was_rendered(run_blender, tmp_path):
     assert told["lambent.ViewLayer.samples"] == "3" and told["lambent.ViewLayer.seed"] == "5"
     assert told["lambent.ViewLayer.version"] == "fake" and told["lambent.ViewLayer.integrator"] == "PT"
     assert float(told["lambent.ViewLayer.render_time"]) >= 0
+
+
+def test_names_that_are_too_long_for_blenders_passes_are_cut_as_blender_cuts_them(run_blender, tmp_path):
+    run = run_blender(
+        PASSES
+        + """
+layer = bpy.context.view_layer
+for index in range(3): layer.lightgroups.add(name='gruppe ' + 'ä' * 27 + str(index))
+layer.lambent.use_pass_shadow_difference = layer.lambent.use_shadow_groups = True
+quad()
+print(render())
+print('SOCKETS', repr(sockets()))
+"""
+    )
+    assert "{'FINISHED'}" in run.output, run.output
+    names = [entry["name"] for entry in run.values("settings")["render"]["passes"][1:]]
+    assert all(len(name.encode()) <= 63 for name in names) and len(names) == len(set(names))
+    # Of three groups whose passes have the same name once they are cut, one is left.
+    assert sum(name.startswith("Shadow Difference_") for name in names) == 1
+    assert set(names) <= {name for name, _ in printed(run, "SOCKETS")}
+    assert "have the name of another" in run.output

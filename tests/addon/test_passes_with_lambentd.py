@@ -34,6 +34,9 @@ def multilayer(name):
     if hasattr(settings, 'media_type'): settings.media_type = 'MULTI_LAYER_IMAGE'
     settings.file_format, settings.color_depth, settings.exr_codec = 'OPEN_EXR_MULTILAYER', '32', 'ZIP'
     scene.render.filepath = os.path.join(FOLDER, name)
+def paths():
+    for name, expression in (('Seen', 'CL'), ('Reflected', 'C<R.>.*L'), ('Transmitted', 'C<T.>.*L')):
+        path = layer.lambent.light_paths.add(); path.name, path.expression = name, expression
 def techniques():
     for name in ('unidirectional', 'connection', 'merging'): setattr(layer.lambent, 'use_pass_technique_' + name, True)
 """
@@ -54,7 +57,7 @@ def left_out(run):
     """The names, as Blender 5 has them, of the passes that a run of Blender said its daemon does not support."""
     line = next((line for line in run.output.splitlines() if "does not support these passes" in line), ": ")
     names = line.rpartition(": ")[2].split(", ")
-    return {multilayer.k_long_names.get(name, name) for name in names}
+    return {multilayer.k_long_names.get(name, name) for name in names if name}
 
 
 def assert_adds_up(total, passes, what, film_transparent=True):
@@ -63,15 +66,19 @@ def assert_adds_up(total, passes, what, film_transparent=True):
     assert error.max() <= ROUNDING, f"{what}: off by {error.max():.2g} of Combined at {np.unravel_index(error.argmax(), error.shape)}"
 
 
-@pytest.mark.parametrize("integrator", ["PT", "LT", "BPT", "PPM", "VCM"])
+@pytest.mark.parametrize("integrator", ["PT", "LT", "VPL", "BPT", "PPM", "BPM", "VCM"])
 @pytest.mark.parametrize("film_transparent", [False, True])
 def test_light_passes_and_light_groups_add_up_to_combined(run_passes, tmp_path, integrator, film_transparent):
-    run = run_passes(f"scene.render.film_transparent = {film_transparent}\nscene.lambent.integrator = {integrator!r}\ntechniques()\nmultilayer('sums')\nrender(write_still=True)\n")
+    run = run_passes(f"scene.render.film_transparent = {film_transparent}\nscene.lambent.integrator = {integrator!r}\ntechniques()\npaths()\nmultilayer('sums')\nrender(write_still=True)\n")
     assert run.code == 0, run.output
     passes = multilayer.read(tmp_path / "sums.exr")[0]["ViewLayer"]
     assert passes["Combined"][..., :3].mean() > 0.05
     assert_adds_up(multilayer.light_sum(passes), passes, "light passes", film_transparent)
     assert_adds_up(multilayer.group_sum(passes), passes, "light groups", film_transparent)
+    # What is seen of the world through a transparent film is in no expression, as it is not in the picture.
+    kinds = [passes[name].astype(np.float64) for name in ("Seen", "Reflected", "Transmitted")]
+    assert_adds_up(sum(kinds), passes, "light path expressions", film_transparent=False)
+    assert kinds[1].max() > 0.1 and (integrator == "VPL" or kinds[2].max() > 0.01)
     if integrator in ("BPT", "VCM"):
         parts = [passes[f"Technique {name}"].astype(np.float64) for name in ("Unidirectional", "Connection", "Merging")]
         # What is seen of the world through a transparent film is in no technique, as it is not in the picture.
@@ -182,6 +189,27 @@ def test_mattes_cover_what_alpha_says(run_passes, tmp_path):
     assert not layers["Masked"]["Emission"].any() and passes["Emission"].max() > 1
 
 
+def test_mattes_of_objects_and_collections_are_what_cryptomatte_says(run_passes, tmp_path):
+    run = run_passes(
+        """
+scene.view_layers['Masked'].use = False
+for name, thing, collection in (('ball', 'Glossy', None), ('both', 'Veil', 'Hole'), ('nobody', None, None)):
+    matte = layer.lambent.mattes.add(); matte.name = name
+    if thing: matte.object = bpy.data.objects[thing]
+    if collection: matte.collection = bpy.data.collections[collection]
+multilayer('covers')
+render(write_still=True)
+"""
+    )
+    assert run.code == 0, run.output
+    layers, attributes = multilayer.read(tmp_path / "covers.exr")
+    passes, ids = layers["ViewLayer"], multilayer.manifest(attributes, "ViewLayer", "CryptoObject")
+    for name, things in (("ball", ["Glossy"]), ("both", ["Veil", "Coated"]), ("nobody", [])):
+        expected = sum((multilayer.coverage(passes, "CryptoObject", ids[thing]) for thing in things), np.zeros(passes["ball"].shape[:2]))
+        assert np.allclose(passes[name][..., 0], expected, atol=1e-5), name
+        assert not things or expected.mean() > 0.01
+
+
 def test_the_exported_scene_has_the_same_numbers_without_blender(run_passes, tmp_path):
     run = run_passes(
         """
@@ -258,7 +286,7 @@ print('RESULT', render(write_still=True))
     for name in set(passes) - left_out(run):
         pixels = passes[name]
         assert np.isfinite(pixels).all(), name
-        if name not in ("Depth", "Denoising Depth", "Mist", "Debug Sample Count", "Environment", "Combined_sky", "Shadow Catcher", "Denoising Albedo"):
+        if name not in ("Depth", "Denoising Depth", "Mist", "Debug Sample Count", "Environment", "Combined_sky", "Shadow Catcher", "Noisy Shadow Catcher", "Denoising Albedo"):
             assert not pixels.any(), name
     # As Cycles has it where nothing was hit.
     assert (passes["Depth"] > 1e9).all() and (passes["Mist"] == 1).all()

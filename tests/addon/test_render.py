@@ -137,6 +137,8 @@ cycles = scene.cycles
 cycles.samples, cycles.seed, cycles.max_bounces, cycles.transparent_max_bounces = 77, 5, 3, 2
 cycles.pixel_filter_type, cycles.film_exposure, cycles.time_limit = 'BOX', 2.0, 9
 cycles.sample_clamp_indirect = 10
+cycles.film_transparent_glass, cycles.film_transparent_roughness = True, 0.25
+scene.render.film_transparent = True
 render()
 scene.lambent.samples, scene.lambent.pixel_filter, scene.lambent.filter_width = 5, 'GAUSSIAN', 2
 render()
@@ -146,6 +148,8 @@ render()
     assert (default["samples"], default["pixel_filter"], default["filter_width_px"]) == (128, "BLACKMAN_HARRIS", 1.5)
     assert (followed["samples"], followed["seed"], followed["max_bounces"], followed["transparent_bounces"]) == (77, 5, 3, 2)
     assert (followed["pixel_filter"], followed["filter_width_px"], followed["exposure"]) == ("BOX", 1, 2)
+    assert "film_transparent_glass" not in default and followed["film_transparent_glass"]
+    assert followed["film_transparent_roughness"] == 0.25
     assert followed["time_limit_s"] == 9 and followed["clamp_indirect"] == 0
     assert (own["samples"], own["pixel_filter"], own["filter_width_px"], own["max_bounces"]) == (5, "GAUSSIAN", 2, 3)
 

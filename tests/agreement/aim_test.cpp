@@ -53,6 +53,21 @@ TEST(Aim, is_learned_where_the_camera_sees_little_of_what_light_reaches) {
   }
 }
 
+TEST(Aim, is_learned_where_hardly_a_walk_of_a_sun_comes_near_what_is_seen) {
+  const std::shared_ptr<const Scene> scene = scene_of("light_sun_over_vast_ground");
+  const EmissionAim aim = aim_of(*scene, 1);
+  ASSERT_FALSE(aim.empty());
+  const LightSet& lights = scene->lights();
+  const Vec3 p(0, 0, -4);
+  const LightSample s = lights.sample(p, {0, 0, 1}, {0.5f, 0.5f});
+  ASSERT_TRUE(s);
+  const auto density = [&](const EmissionAim* by) {
+    return light_walk_density(lights, by, s.light, s.n_light_world, p, -s.direction_world, s.distance_m);
+  };
+  // Targets are a thousandth of the scene at least: half of the walks to some of them, instead of all to a million.
+  EXPECT_GT(density(&aim) / density(nullptr), 1e4f);
+}
+
 TEST(Aim, is_not_learned_where_the_camera_sees_most_of_it) {
   SceneMaker maker(32, 32, 1);
   maker.settings.max_bounces = 4;

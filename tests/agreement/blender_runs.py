@@ -255,12 +255,17 @@ def render_layers(
         "layers": True, "layer_settings": layer_settings or {}, "balance": balance or {}, "shadow_objects": k_shadow_objects, **(objects or {}),
     }  # fmt: skip
     run = run_job(scene, job, folder, blender, timeout_s)
+    return *read_layers(engine, seeds, folder), run
+
+
+def read_layers(engine, seeds, folder):
+    """Returns (pictures, attributes) as render_layers, of the files that it left in a folder."""
     files = [multilayer.read(path) for path in picture_paths(engine, seeds, folder)]
     pictures = {
         layer: {name: numpy.stack([layers[layer][name] for layers, _ in files]) for name in passes}
         for layer, passes in files[0][0].items()
     }
-    return pictures, files[0][1], run
+    return pictures, files[0][1]
 
 
 def picture_paths(engine, seeds, folder):

@@ -55,6 +55,21 @@ TEST_P(FamilyBadInput, light_that_the_integrator_cannot_find_is_named) {
   EXPECT_EQ(named, name == "LT" || name == "PPM" || name == "BPM");
 }
 
+TEST_P(FamilyBadInput, a_scene_so_large_that_walks_of_suns_hardly_arrive_is_reported) {
+  SceneMaker maker = floor_under_sun();
+  maker.settings.integrator = GetParam();
+  for (const float size : {1e3f, 1e6f}) {
+    SceneMaker large = maker;
+    large.mesh("ground", {{-size, -size, -3}, {size, -size, -3}, {size, size, -3}}, {{0, 1, 2}}, "grey");
+    Report report;
+    render(large.transaction(), 0, nullptr, &report);
+    bool said = false;
+    for (const Message& message : report.messages()) said |= message.text.find("hardly finds") != std::string::npos;
+    const std::string name = GetParam();
+    EXPECT_EQ(said, size > 1e4f && (name == "LT" || name == "PPM" || name == "BPM")) << size;
+  }
+}
+
 TEST_P(FamilyBadInput, an_empty_scene_shows_the_world) {
   SceneMaker maker(8, 8, 2);
   EXPECT_EQ(mean(picture_of(maker)).value, Color(0.0f));

@@ -110,6 +110,11 @@ std::vector<IntegratorCase> light_cases() {
   }
   cases.push_back({"light_many_far_and_wide", city, k_all});
 
+  SceneMaker vast = corridor();
+  quad(vast, "ground", {-2000, -2000, -9}, {2000, -2000, -9}, {2000, 2000, -9}, "floor");
+  vast.light("sun", lamp(LightType::sun, 2.0f), k_above);
+  cases.push_back({"light_sun_over_vast_ground", vast, k_all});
+
   SceneMaker mixture = corridor();
   mixture.world(uneven_world());
   mixture.light("point", lamp(LightType::point, 40.0f), k_above);

@@ -91,6 +91,32 @@ TEST(VectorPass, is_how_far_the_camera_makes_things_move) {
   expect_vectors(maker, Vec4(-0.125f, 0, 0, -0.25f) * k_px_per_m);
 }
 
+TEST(VectorPass, is_also_of_the_infinitely_far_world_where_that_is_asked_for) {
+  for (const std::string& integrator : available_integrators())
+    for (const bool asked : {false, true}) {
+      SCOPED_TRACE(fmt::format("{} {}", integrator, asked));
+      SceneMaker maker = card(integrator);
+      maker.settings.passes = {{"Vector", "vector", asked ? "world" : ""}};
+      maker.settings.film_transparent = asked;
+      // Twice as far from the middle of the picture in the frame before; in the next one the camera has moved by any
+      // amount.
+      description::CameraMotion motion;
+      motion.previous.focal_length_mm = 100.0f;
+      motion.next.transform = Transform::translation({3, 0, 0});
+      motion.next.focal_length_mm = 50.0f;
+      maker.camera.motion = motion;
+      const std::vector<float> vectors = channels_of(render(maker.transaction())).at("Vector");
+      double sum[4] = {0, 0, 0, 0};
+      for (int y = 0; y < k_side; ++y)
+        for (size_t k = 0; k < 4; ++k)
+          sum[k] += static_cast<double>(vectors[static_cast<size_t>(4 * (y * k_side + 12)) + k]) / k_side;
+      EXPECT_NEAR(sum[0], asked ? 4.5 : 0.0, 0.2);
+      EXPECT_NEAR(sum[1], 0.0, 0.2);
+      EXPECT_NEAR(sum[2], 0.0, 1e-5) << "a camera that only moves leaves it where it is";
+      EXPECT_NEAR(sum[3], 0.0, 1e-5);
+    }
+}
+
 TEST(VectorPass, follows_zooms) {
   SceneMaker maker = card("PT");
   maker.camera.motion = description::CameraMotion{{Transform(), 100.0f}, {Transform(), 50.0f}};

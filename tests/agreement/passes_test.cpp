@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <set>
 #include <span>
 
 #include "tests/agreement/integrator_scenes.h"
@@ -147,11 +148,12 @@ TEST_P(Passes, have_the_path_tracers_expectation) {
 INSTANTIATE_TEST_SUITE_P(, Passes, testing::Range(size_t{0}, cases().size()),
                          [](const testing::TestParamInfo<size_t>& one) { return cases()[one.param].name; });
 
-/// Every kind there is but for time, which no render repeats.
+/// Every kind there is but for times, which no render repeats.
 std::vector<description::Pass> everything() {
   std::vector<description::Pass> passes;
   for (const std::string& kind : available_passes())
-    if (kind != "combined" && kind != "time") passes.push_back({kind, kind, kind == "light_path" ? "C.*L" : "6"});
+    if (kind != "combined" && kind != "time" && kind != "render_time")
+      passes.push_back({kind, kind, kind == "light_path" ? "C.*L" : "6"});
   return passes;
 }
 
@@ -219,6 +221,48 @@ TEST(PassesOfARender, of_another_kind_under_the_same_name_are_not_continued) {
   EXPECT_EQ(run("CD.*L", "", path), RenderStatus::finished);
   EXPECT_EQ(run("CG.*L", "", path), RenderStatus::failed);
   std::remove(path.c_str());
+}
+
+// PT, BPT and VCM tell it by their own next event and next ray, PPM's recorder samples for itself.
+TEST(PassesOfARender, shadow_and_occlusion_are_the_same_however_they_are_found) {
+  std::vector<IntegratorCase> scenes = light_cases();
+  for (const IntegratorCase& one : lobe_cases()) scenes.push_back(one);
+  const std::set<std::string> chosen{"light_environment", "light_mixture", "lobe_principled_1",
+                                     "lobe_half_transparent"};
+  size_t tested = 0;
+  for (const IntegratorCase& one : scenes) {
+    if (!chosen.contains(one.name)) continue;
+    ++tested;
+    const auto batches = [&](const std::string& integrator, uint32_t first_seed) {
+      std::map<std::string, std::vector<double>> means;
+      SceneMaker maker = one.maker;
+      maker.settings.integrator = integrator;
+      maker.settings.samples = 64;  // a ratio of sums: its bias falls with their number
+      for (const char* kind : {"shadow", "ambient_occlusion"}) maker.settings.passes.push_back({kind, kind, ""});
+      for (uint32_t batch = 0; batch < k_batches / 2; ++batch) {
+        maker.settings.seed = first_seed + batch;
+        const Picture picture = render(maker.transaction());
+        const size_t components = 4 + 3 + 3, pixels = picture.pixels.size() / components;
+        double shadow = 0.0, occlusion = 0.0;
+        for (size_t i = 0; i < pixels; ++i)
+          for (size_t k = 4; k < components; ++k)
+            (k < 7 ? shadow : occlusion) += static_cast<double>(picture.pixels[i * components + k]);
+        means["shadow"].push_back(shadow / static_cast<double>(3 * pixels));
+        means["occlusion"].push_back(occlusion / static_cast<double>(3 * pixels));
+      }
+      return means;
+    };
+    const auto reference = batches("PT", 100);
+    EXPECT_GT(reference.at("shadow").front(), 0.05) << one.name;
+    for (const char* integrator : {"BPT", "VCM", "PPM"})
+      for (const auto& [name, found] : batches(integrator, 1000)) {
+        const WelchResult test = welch_test(found, reference.at(name), 1e-4);
+        EXPECT_GT(test.p_value, 1e-4) << one.name << " " << integrator << " " << name << " differs by "
+                                      << test.difference << " +- " << test.standard_error << " from "
+                                      << reference.at(name).front();
+      }
+  }
+  EXPECT_EQ(tested, chosen.size());
 }
 
 /// The scene, its ball chosen for passes of shadows, with these passes.

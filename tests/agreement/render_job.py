@@ -9,7 +9,8 @@ JOB.json: {"engine": "CYCLES" | "LAMBENT", "daemon": path, "width": px, "height"
 "layers": false, "layer_settings": {name: value of the first view layer's lambent}, "passes": null | [the protocol's kinds of
 passes that the first view layer asks for, "aovs" and "light_groups"], "balance": {light group: factor for all its lights},
 "shadow_objects": [names of objects whose shadows passes take away], "mattes": [names of objects that are mattes], "removed": [names
-of objects that are not there], "camera_only": [names of objects that nothing but the camera sees]}. Writes PREFIX<seed>.exr (float32, scene-linear; RGBA of
+of objects that are not there], "camera_only": [names of objects that nothing but the camera sees], "export": null | path of a saved
+scene to write before rendering}. Writes PREFIX<seed>.exr (float32, scene-linear; RGBA of
 the first view layer, or with "layers" every pass of every layer) for each seed and PREFIXresult.json: {"blender": version, "size": [w, h], "seconds": [wall time of each render],
 "statistics": [what lambentd said of each render]}. Prints `render_job: start SEED` and `render_job: end SEED` around each
 render, and `render_job: pixels` when the first tile of Lambent's is in Blender.
@@ -255,6 +256,8 @@ def main():
     prepare(scene, job)
     if job.get("passes") is not None:
         ask_for(scene.view_layers[0], job["passes"])
+    if job.get("export"):
+        bpy.ops.lambent.scene_export(filepath=job["export"])
     layers = bool(job.get("layers"))
     choose_format(scene, layers)
     seconds, statistics = [], []

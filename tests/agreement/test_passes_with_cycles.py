@@ -2,6 +2,7 @@
 
 import importlib.machinery
 import importlib.util
+import json
 import os
 import pathlib
 import shutil
@@ -12,36 +13,14 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import blender_runs
+import known_pass_differences
 
 k_script = pathlib.Path(__file__).resolve().parent / "compare_passes"
 loader = importlib.machinery.SourceFileLoader("compare_passes", str(k_script))
 compare_passes = importlib.util.module_from_spec(importlib.util.spec_from_loader("compare_passes", loader))
 loader.exec_module(compare_passes)
 
-pytestmark = pytest.mark.skipif(shutil.which(os.environ.get("BLENDER", "blender")) is None, reason="no Blender")
-
-
-# Passes that differ from those of Cycles 3.4, and why. All others must agree.
-k_other_meaning = {
-    "Glossy Color": "the lobes' albedo; Cycles before 4.0 gives weights without the Fresnel term",
-    "Glossy Direct": "divided by that",
-    "Glossy Indirect": "divided by that",
-    "Shadow": "light received over that without shadows, by its strength",
-    "Denoising Albedo": "of the first surface; Cycles goes on through mirrors and glass",
-    "Denoising Normal": "the same",
-    "Denoising Depth": "the same, and from the camera, not from its near clipping plane",
-    "Normal": "behind half-transparent surfaces weighted by what is seen; Cycles counts every sample that got there alike",
-    "UV": "the same",
-    "amount": "AOVs are weighted by opacity, Cycles adds those of half-transparent surfaces in full",
-    "tint": "the same",
-    "Depth": "of the middle of the pixel; Cycles takes the first sample, wherever it fell",
-    "Position": "the same, and behind half-transparent surfaces always found",
-    "Material Index": "the same",
-    "Object Index": "the same",
-}
-# Clearcoat in the sky's light is up to 4% brighter than in Cycles 3.4, which samples GGX normals there but counts with the
-# density of GTR1 ones: what it samples by the coat, the diffuse part included, comes out too dark.
-k_clearcoat = {"Combined": 1.05, "Combined_sky": 1.05, "Diffuse Direct": 1.05}
+pytestmark = pytest.mark.skipif(shutil.which(os.environ.get("BLENDER", "blender").split()[0]) is None, reason="no Blender")
 
 
 def test_no_tile_of_any_pass_of_the_same_meaning_differs_from_cycles_by_over_one_percent(tmp_path):
@@ -52,14 +31,9 @@ def test_no_tile_of_any_pass_of_the_same_meaning_differs_from_cycles_by_over_one
         for what, error in compare_passes.sums(pictures).items():
             assert error <= compare_passes.k_rounding, f"{engine}: {what} differ from Combined by {error}"
         found.append(compare_passes.with_coverages(pictures, attributes))
-    rows, bad = compare_passes.compare(*found, 16)
-    table = "\n".join(" | ".join(row) for row in rows)
-    assert len(rows) > 60
-    names = {name.split(".", 1)[1] for name in bad}
-    assert names <= {*k_other_meaning, *k_clearcoat}, table
-    for _layer, name, _ratio, _differ, _beyond, worst in rows:
-        if name in k_clearcoat and worst != "none":
-            assert 1 / k_clearcoat[name] < float(worst.split()[-1]) < k_clearcoat[name], table
+    version = json.loads((tmp_path / "CYCLES" / "cycles_result.json").read_text(encoding="utf-8"))["blender"]
+    rows, bad = compare_passes.compare(*found, 16, known_pass_differences.of_cycles(version))
+    assert len(rows) > 60 and not bad, "\n".join(" | ".join(row) for row in rows)
 
 
 @pytest.mark.parametrize("shown_by", ["pass", "alpha", "world"])
@@ -102,13 +76,30 @@ def test_shadow_catchers_catch_what_those_of_cycles_do(tmp_path, shown_by):
     assert rows and not bad, "\n".join(" | ".join(row) for row in rows)
 
 
+def version_of(result):
+    """Returns the (major, minor) of the Blender that wrote a file of results."""
+    return tuple(map(int, json.loads(result.read_text(encoding="utf-8"))["blender"].split(".")[:2]))
+
+
+def inside(covered):
+    """Returns bool[height][width]: where all neighbours are covered too."""
+    wide = np.pad(covered, 1, constant_values=True)
+    return np.logical_and.reduce([wide[y : y + covered.shape[0], x : x + covered.shape[1]] for y in range(3) for x in range(3)])
+
+
 def test_what_moves_has_the_vectors_of_cycles(tmp_path):
-    """Camera, objects, instances and deformed meshes that move; a world that has none."""
+    """Camera, objects, instances and deformed meshes that move. A world has none before Blender 5.2; there Cycles forgets to divide by the
+    distance along the view, so that its worlds slide wrongly off the middle of the picture when the camera turns: left out."""
     scene = blender_runs.own_scene("motion", tmp_path)
-    found = []
+    found, covered = [], True
     for first, engine in ((1, "CYCLES"), (1001, "LAMBENT")):
-        pictures, _, run = blender_runs.render_layers(scene, engine, range(first, first + 6), 16, 192, tmp_path / engine)
+        pictures, _, _ = blender_runs.render_layers(scene, engine, range(first, first + 6), 16, 192, tmp_path / engine)
+        covered = covered & inside((pictures["ViewLayer"]["Depth"][..., 0] < 1e9).all(axis=0))
         found.append({"ViewLayer": {"Vector": pictures["ViewLayer"]["Vector"]}})
+    assert 0.2 < covered.mean() < 0.9
+    if version_of(tmp_path / "CYCLES" / "cycles_result.json") >= (5, 2):
+        for one in found:
+            one["ViewLayer"]["Vector"] = one["ViewLayer"]["Vector"] * covered[..., None]
     cycles, lambent = (one["ViewLayer"]["Vector"] for one in found)
     assert cycles.shape[-1] == 4 and np.abs(cycles).max() > 10
     rows, bad = compare_passes.compare(*found, 12)

@@ -508,6 +508,24 @@ def test_cancel_takes_under_100_ms_while_building(real):
     client.close()
 
 
+@pytest.mark.parametrize("integrator", ["VPL", "BPT", "BPM", "VCM"])
+def test_cancel_takes_under_100_ms_while_light_walks_are_learned_and_photons_of_one_point_sorted(real, integrator):
+    client = real.client()
+    arrays = {}
+    edits = scene(arrays, width=1024, height=1024, samples=0, integrator=integrator, tile_size_px=64)
+    for edit in edits:
+        if edit["kind"] == "light":  # all of its light arrives in one point of the plane
+            edit["value"].update(type="spot", radius_m=0.0, spot_size_rad=0.001, spot_blend=0.0)
+    client.send_arrays(arrays, never)
+    client.commit(1, [messages.encode_json(edit) for edit in edits], never)
+    for epoch, delay in enumerate((0.0, 0.05, 0.1, 0.3, 0.6, 1.0, 1.5), 1):
+        client.post({"type": "tile_credit", "tiles": 4000})
+        client.post({"type": "render_start", "epoch": epoch})
+        time.sleep(delay)
+        assert cancel_latency(client, epoch) < latency_limit(), delay
+    client.close()
+
+
 def test_cancel_takes_under_100_ms_while_an_export_is_decoded(daemon):
     client = daemon.client()
     light = {"op": "upsert", "kind": "light", "value": {"name": "L", "type": "point", "energy": 1.0}}

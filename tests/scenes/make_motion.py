@@ -137,7 +137,7 @@ def main():
     animate(made, "location", (-0.5, -6.6, 2.4), (0.6, -6.2, 2.9))
     turn = made.rotation_euler.copy()
     animate(made, "rotation_euler", turn, (turn.x - 0.05, turn.y + 0.04, turn.z + 0.15))
-    bpy.context.view_layer.use_pass_vector = True
+    bpy.context.view_layer.use_pass_vector = bpy.context.view_layer.use_pass_z = True
     scene.frame_set(k_frame)
     blocks.finish(scene, 192, 108)
 

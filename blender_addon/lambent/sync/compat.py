@@ -20,6 +20,9 @@ RAMP_TABLE_ROWS = 257 if bpy.app.version >= (4, 0, 0) else 256
 # Passes are called "Diffuse Direct" and not "DiffDir" since 5.0.
 LONG_PASS_NAMES = bpy.app.version >= (5, 0, 0)
 
+# Where nothing is met, the pass Vector has the motion of the world.
+WORLD_MOVES = bpy.app.version >= (5, 2, 0)
+
 # Whose rules shaders follow, as the daemon counts versions of Cycles.
 CYCLES_VERSION = 100 * bpy.app.version[0] + bpy.app.version[1]
 

@@ -18,6 +18,8 @@ COMBINED_CHANNEL = "combined"
 # What a daemon that announces no passes has.
 ONLY_COMBINED = frozenset({"combined"})
 _MOST_LEVELS = 16
+# Of the name of a pass in Blender's result.
+_MOST_BYTES = 63
 
 
 class _Row(NamedTuple):
@@ -141,11 +143,11 @@ def asked(scene, layer):
         channels = "X" if aov.type == "VALUE" else "RGBA"
         found.append(RenderPass(aov.name, channels, aov.type, f"aov_{aov.type.lower()}", aov.name))
     for group in layer.lightgroups:
-        found.append(RenderPass(f"Combined_{group.name}", "RGB", "COLOR", "light_group", group.name))
+        found.append(RenderPass(_cut(f"Combined_{group.name}"), "RGB", "COLOR", "light_group", group.name))
     found += [_from_row(row, layer) for row in _LAMBENT if _is_on(row, scene, layer)]
     if layer.lambent.use_shadow_groups:
         for entry in [entry for entry in found if entry.kind in _OF_SHADOWS]:
-            found += [replace(entry, name=f"{entry.name}_{group.name}", argument=group.name) for group in layer.lightgroups]
+            found += [replace(entry, name=_cut(f"{entry.name}_{group.name}"), argument=group.name) for group in layer.lightgroups]
     for matte in layer.lambent.mattes:
         if matte.name:
             found.append(RenderPass(matte.name, "X", "VALUE", "matte", matte.name))
@@ -153,6 +155,11 @@ def asked(scene, layer):
         if path.name:
             found.append(RenderPass(path.name, "RGB", "COLOR", "light_path", path.expression))
     return found
+
+
+def _cut(name):
+    """As much of a name as a pass may have."""
+    return name.encode(errors="replace")[:_MOST_BYTES].decode(errors="ignore")
 
 
 def unique(passes):
@@ -263,7 +270,8 @@ def _noisy_is_on(scene, layer):
 
 def _from_row(row, layer):
     if not row.kind.startswith("cryptomatte_"):
-        return RenderPass(_name(row), row.channels, row.type, row.kind)
+        argument = "world" if row.kind == "vector" and compat.WORLD_MOVES else None
+        return RenderPass(_name(row), row.channels, row.type, row.kind, argument)
     levels = min(layer.pass_cryptomatte_depth, _MOST_LEVELS)
     return RenderPass(_name(row), row.channels, row.type, row.kind, levels, count=(levels + 1) // 2)
 

@@ -20,6 +20,8 @@ _CYCLES_NAMES = {
     "pixel_filter": "pixel_filter_type",
     "filter_width": "filter_width",
     "film_exposure": "film_exposure",
+    "film_transparent_glass": "film_transparent_glass",
+    "film_transparent_roughness": "film_transparent_roughness",
     "light_threshold": "light_sampling_threshold",
     "caustics_reflective": "caustics_reflective",
     "caustics_refractive": "caustics_refractive",
@@ -102,6 +104,10 @@ def export_settings(edits, scene, view_layer, view, camera, world, wanted_passes
         value[f"{name}_bounces"] = effective(scene, f"{name}_bounces")
     for name in _SAME_NAMES:
         value[name] = effective(scene, name)
+    if scene.render.film_transparent and effective(scene, "film_transparent_glass"):
+        # Else nothing, so that older daemons have nothing to report.
+        value["film_transparent_glass"] = True
+        value["film_transparent_roughness"] = effective(scene, "film_transparent_roughness")
     if view.region is not None:
         value["region"] = list(view.region)
     if view.sample_limit and (value["samples"] == 0 or value["samples"] > view.sample_limit):

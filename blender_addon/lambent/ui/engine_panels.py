@@ -191,7 +191,23 @@ class LAMBENT_RENDER_PT_film(LambentPanel, bpy.types.Panel):
     def draw(self, context):
         column = self.split_layout().column()
         draw_setting(column, context.scene, "film_exposure")
-        column.prop(context.scene.render, "film_transparent", text="Transparent")
+
+
+class LAMBENT_RENDER_PT_film_transparency(LambentPanel, bpy.types.Panel):
+    bl_label = "Transparent"
+    bl_context = "render"
+    bl_parent_id = "LAMBENT_RENDER_PT_film"
+
+    def draw_header(self, context):
+        self.layout.prop(context.scene.render, "film_transparent", text="")
+
+    def draw(self, context):
+        column = self.split_layout().column()
+        column.active = context.scene.render.film_transparent
+        draw_setting(column, context.scene, "film_transparent_glass")
+        column = column.column()
+        column.active = settings.effective(context.scene, "film_transparent_glass")
+        draw_setting(column, context.scene, "film_transparent_roughness")
 
 
 class LAMBENT_RENDER_PT_film_pixel_filter(LambentPanel, bpy.types.Panel):
@@ -271,6 +287,7 @@ _CLASSES = (
     LAMBENT_RENDER_PT_light_paths_clamping,
     LAMBENT_RENDER_PT_light_paths_caustics,
     LAMBENT_RENDER_PT_film,
+    LAMBENT_RENDER_PT_film_transparency,
     LAMBENT_RENDER_PT_film_pixel_filter,
     LAMBENT_RENDER_PT_performance,
     LAMBENT_RENDER_PT_report,

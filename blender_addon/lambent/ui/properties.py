@@ -133,6 +133,15 @@ class LambentSettings(bpy.types.PropertyGroup):
     film_exposure: FloatProperty(
         name="Exposure", description="Factor for the brightness of the picture", default=1.0, min=0.0, soft_max=10.0
     )
+    film_transparent_glass: BoolProperty(
+        name="Transparent Glass",
+        description="With a transparent film, what is seen of the world through clear glass is transparent too, so that glass can be "
+        "laid over another background",
+        default=False,
+    )
+    film_transparent_roughness: FloatProperty(
+        name="Roughness Threshold", description="Glass up to this roughness counts as clear", default=0.1, min=0.0, max=1.0
+    )
     tile_size: IntProperty(name="Tile Size", description="Pixels along a side of a tile", default=64, min=16, max=1024)
 
 

@@ -27,17 +27,8 @@ constexpr float k_largest_radius = 3.0f, k_cell_size = 2.0f;
 
 /// Footprint of a pixel, m, at the median of what some rays over the picture meet first; 0 if they meet nothing.
 float typical_footprint(const Scene& scene) {
-  constexpr int k_side = 16;
   std::vector<float> widths;
-  const Camera& camera = scene.camera();
-  for (int i = 0; i < k_side * k_side; ++i) {
-    const Vec2 raster((static_cast<float>(i % k_side) + 0.5f) / k_side * static_cast<float>(camera.width_px()),
-                      (static_cast<float>(i / k_side) + 0.5f) / k_side * static_cast<float>(camera.height_px()));
-    const CameraRay ray = camera.sample_ray(raster, {0.5f, 0.5f});
-    Hit hit;
-    if (scene.geometry().intersect({ray.origin, ray.t_min, ray.direction, ray.t_max, k_visible_camera}, hit))
-      widths.push_back(scene.footprint_at(scene.geometry().surface(hit).p_world).width_m);
-  }
+  for (const Vec3& p : bidirectional::points_seen(scene)) widths.push_back(scene.footprint_at(p).width_m);
   if (widths.empty()) return 0.0f;
   std::nth_element(widths.begin(), widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2), widths.end());
   return widths[widths.size() / 2];

@@ -59,6 +59,7 @@ Kernel<profile>::Kernel(const Scene& scene, const IntegratorSettings& settings, 
       plane_(plane),
       walk_(scene, walk_settings(settings, pass)) {
   if (settings_.passes) passes_.emplace(*settings_.passes, scene);
+  if (settings_.passes && pass_.set.camera_scatters && pass_.set.next_event && pass_.set.emission) passes_->share();
   if (settings_.parts) passes_.emplace(*settings_.parts, scene, settings_.picture);
   if (settings.light_threshold > 0.0f) threshold_scale_ = std::fabs(settings.exposure) / settings.light_threshold;
 }
@@ -198,6 +199,7 @@ void Kernel<profile>::add_lamps(const Ray& ray, float t_end) {
 
 template <KernelProfile profile>
 void Kernel<profile>::add_background(const Vec3& direction) {
+  if (passes_ && only_transparent_) passes_->missed(direction);
   if (settings_.film_transparent && only_transparent_) {
     estimate_.transparency += average(throughput_);
     if (passes_) passes_->see_through(direction, throughput_, path_counts());
@@ -206,12 +208,17 @@ void Kernel<profile>::add_background(const Vec3& direction) {
   if (!(pass_.set.emission || only_delta_)) return;
   scene_.lights().for_each_infinite(direction, bounces_.ray_kind, [&](const LightHit& hit) {
     // As in Cycles, suns with shadow linking are not even seen by the camera.
-    if (bounces_.total - 1 > hit.traits->max_bounces || hit.traits->linked.blockers != 0 || !meets(hit.traits->linked))
-      return;
-    const float weight = emission_weight(hit.light, hit.n_light_world, direction, k_infinity, hit.uv, *hit.traits);
-    if (weight > 0.0f)
-      add_met(throughput_ * scene_.light_radiance(hit, path_counts()), weight, hit.light, scene_.source_of(hit.light),
-              hit.traits->group);
+    const bool counts =
+        bounces_.total - 1 <= hit.traits->max_bounces && hit.traits->linked.blockers == 0 && meets(hit.traits->linked);
+    const bool received = passes_ && passes_->waits_for_world();
+    if (!counts && !received) return;
+    const float weight =
+        counts ? emission_weight(hit.light, hit.n_light_world, direction, k_infinity, hit.uv, *hit.traits) : 0.0f;
+    if (!(weight > 0.0f) && !received) return;
+    const Color radiance = throughput_ * scene_.light_radiance(hit, path_counts());
+    const LightSource source = scene_.source_of(hit.light);
+    if (received && source == LightSource::background) passes_->met_world(radiance, counts);
+    if (weight > 0.0f) add_met(radiance, weight, hit.light, source, hit.traits->group);
   });
 }
 
@@ -320,6 +327,16 @@ void Kernel<profile>::next_event(const Here& here) {
   const Color radiance = scene_.sample_radiance(light, seen_as);
   Color contribution = throughput_ * scattered.f_cos * radiance * (1.0f / light.pdf_solid_angle);
   if (is_black(contribution)) return;
+  bool depended = false;
+  const auto seen = [&] {
+    return visibility(shadow_ray(scene_, here.hit, light), k_ray_shadow, bounces_.transparent, &depended,
+                      light.traits->linked.blockers);
+  };
+  std::optional<Color> seen_through;  // the shadow ray's answer, once known
+  if (passes_ && passes_->receiving()) {
+    seen_through = light.traits->shadows ? seen() : Color(1.0f);
+    passes_->received(contribution * *seen_through, contribution);
+  }
 
   const bool can_be_hit = !light.is_delta && light.traits->hit_by_rays;
   const bool triangle = lights.kind(light.light) == LightKind::triangle;
@@ -349,9 +366,7 @@ void Kernel<profile>::next_event(const Here& here) {
       if (here.numbers.shadow_roulette >= survival) return;
       contribution /= survival;
     }
-    bool depended = false;
-    contribution *= visibility(shadow_ray(scene_, here.hit, light), k_ray_shadow, bounces_.transparent, &depended,
-                               light.traits->linked.blockers);
+    contribution *= seen_through ? *seen_through : seen();
     if (is_black(contribution)) return;
     if (depended && pass_.set.weighted()) {
       pdfs_.light[here.i] = 0.0f;
@@ -555,7 +570,7 @@ void Kernel<profile>::merge(const Here& here, const Sampler& sampler, uint32_t e
     const LightIndex light = first->depth == 0 ? first->light : k_no_light;
     const Color added = add(contribution, Technique::merging, weight, light, true);
     events_ = walked;
-    if (merged_) merged_->emplace_back(photon.record, luminance(abs(added)));
+    if (merged_ && n >= pass_.set.first_light_tracing) merged_->emplace_back(photon.record, luminance(abs(added)));
     if (!passes_ || light == k_no_light) return;
     EventSequence light_events;
     light_events.append_packed(passes_->wants_events() ? photons.events(photon.record) : 0, depth - 1);
@@ -598,12 +613,17 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
     const bool found = scene_.geometry().intersect(ray, geometry_hit);
     add_lamps(ray, found ? geometry_hit.t : ray.t_max);
     if (!found) {
+      if (passes_ && passes_->waits_for_ray()) passes_->next_ray(k_infinity, nullptr);
       add_background(ray.direction);
       break;
     }
     SurfaceHit hit = scene_.geometry().surface(geometry_hit);
     const SurfaceBinding& binding = scene_.binding(hit.instance, hit.material_slot);
     const Program& program = *binding.program;
+    if (passes_) {
+      passes_->hide_world(ray.direction, throughput_, path_counts());
+      if (passes_->waits_for_ray()) passes_->next_ray(geometry_hit.t, &program);
+    }
     const float distance = distance_before_ + geometry_hit.t;
     if (roulette.lost && !program.traits().emits) break;
     scene_.fill_shading_point(hit, binding, -ray.direction, geometry_hit.t, cone, path_counts(), point);
@@ -638,8 +658,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
           see_hole(estimate_, scene_, seen, settings_.film_transparent, throughput_, ray.direction, path_counts());
           break;
         }
-        if (program.traits().holdout && settings_.film_transparent)
-          estimate_.transparency += average(throughput_ * bsdf.holdout());
+        if (program.traits().holdout) estimate_.transparency += average(throughput_ * bsdf.holdout());
         if (passes_) passes_->visible(hit, binding, point, bsdf, throughput_);
       }
       if (m_ == 0) {
@@ -668,6 +687,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
                       numbers};
       join(here, sampler, event_index);
       scattered = sample(bsdf, point.wi_world, numbers);
+      if (passes_ && only_transparent_) passes_->sampled(hit, point, bsdf, scattered, parts_.picked);
       u_roulette = numbers.roulette;
       if (scattered.event == k_scatter_none) break;
       Vec3 receiver_normal = here.receiver_normal;
@@ -688,6 +708,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
         if (m_ > 0) pdfs_.camera[i] = 1.0f / (4.0f * k_pi * exit.spread_m * exit.spread_m);
         receiver_normal = point.ng_world;
         previous_per_solid_angle = 0.0f;
+        if (passes_) passes_->pass_under();
         const Here there{point, hit, bsdf, receiver_normal, i, previous_per_solid_angle, exit_numbers};
         join(there, sampler, event_index);
         scattered = sample(bsdf, point.wi_world, exit_numbers);
@@ -714,7 +735,8 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
         }
         pdfs_.flags[i] = static_cast<uint8_t>((delta ? 0 : k_connectible) | light_flags);
         events_.append(scattered.event);
-        if (passes_) passes_->scattered(hit.instance, bsdf, point.wi_world, scattered, &parts_);
+        only_transparent_ = only_transparent_ && counts_as_transparent(settings_, scattered);
+        if (passes_ && !only_transparent_) passes_->scattered(hit.instance, bsdf, point.wi_world, scattered, &parts_);
         m_ = i;
         only_delta_ = only_delta_ && delta;
         last_ = {hit.p_world, point.ng_world, receiver_normal, scattered.pdf_solid_angle, !delta, hit.instance};
@@ -724,6 +746,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
     if (is_black(throughput_)) break;
 
     if (!bounces_.advance(scattered.event, settings_.bounces)) break;
+    if (passes_ && !(scattered.event & k_scatter_transparent)) passes_->leave(scattered);
     if (scattered.event & k_scatter_portal) {
       distance_before_ = 0.0f;
       depended_ = true;  // as if the way to the next vertex depended on the camera's: no light walk has it
@@ -731,7 +754,6 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
       distance_before_ = distance;
       depended_ = depended_ || program.traits().path_dependent;
     } else {
-      only_transparent_ = false;
       distance_before_ = 0.0f;
       depended_ = false;
     }
@@ -739,7 +761,10 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
     roulette = {};
     if (event_index > 0 && u_roulette >= 0.0f && !only_transparent_) {
       roulette = Roulette(throughput_, u_roulette);
-      if (roulette.lost && !((pass_.set.emission || only_delta_) && scene_.rays_meet_light())) break;
+      if (roulette.lost && !((pass_.set.emission || only_delta_) && scene_.rays_meet_light())) {
+        if (passes_) passes_->hide_world(scattered.wo_world, throughput_, path_counts());
+        break;
+      }
     }
 
     const float t_max = bounces_.ray_kind & k_ray_camera ? ray.t_max - geometry_hit.t : k_infinity;

@@ -17,7 +17,7 @@ constexpr float k_thin_share = 0.05f;
 template <KernelProfile profile>
 void Kernel<profile>::connect_to_lens(const LightWalk& walk, const LightVertex& vertex, const Vec2& u_lens,
                                       float u_roulette) {
-  if (!vertex.bsdf.has_non_delta()) return;
+  if (vertex.depth < pass_.set.first_light_tracing || !vertex.bsdf.has_non_delta()) return;
   const CameraConnection lens = scene_.camera().project(vertex.surface.p_world, u_lens);
   if (!lens.valid || vertex.depth - 1 > walk.traits().max_bounces) return;
   const Rectangle& region = film_.region();

@@ -10,6 +10,7 @@
 
 #include "engine/base/hash.h"
 #include "engine/integrators/bidirectional/picture_samples.h"
+#include "engine/sampling/dimension.h"
 
 namespace lambent::bidirectional {
 
@@ -30,6 +31,8 @@ constexpr double k_worthwhile = 0.5;
 constexpr double k_enough_walks = 300.0;
 /// Of the sphere around the scene: the smallest target.
 constexpr float k_least_target = 1e-3f;
+/// A scene is far larger than what is seen if its radius is so many times the distance to that.
+constexpr float k_far_larger = 10.0f;
 
 /// A light walk.
 struct Start {
@@ -83,6 +86,7 @@ class Pilot {
         pixels_(static_cast<double>(region_.width) * region_.height),
         light_walks_(static_cast<int>(std::clamp(0.5 * pixels_, 1.0 * k_least_walks, 1.0 * k_most_walks)) / k_piece *
                      k_piece),
+        camera_walks_(light_walks_ / 2),
         seed_(hash_u32(settings.seed ^ 0x5bd1e995u)) {
     settings_.observer = nullptr;
     settings_.passes = nullptr;
@@ -100,22 +104,51 @@ class Pilot {
   }
 
   EmissionAim learn() {
-    EmissionAim aim;
+    const EmissionAim first = first_aim();
+    if (!first.empty()) light_walks_ = k_most_walks;  // most still miss
+    EmissionAim aim = first;
     for (int round = 0; round < k_rounds; ++round) {
       const bool last = round + 1 == k_rounds;
       pass_.aim = &aim;
-      std::vector<Start> starts = run_round(round, light_walks_ / (last ? 2 : 4));
+      std::vector<Start> starts = run_round(round, camera_walks_ / (last ? 1 : 2));
       if (cancel_.cancelled()) return {};
       std::vector<EmissionArrival> arrivals;
       for (const Start& start : starts) arrivals.push_back(start.arrival);
       aim = EmissionAim(arrivals, k_least_target * lights_.scene_radius());
+      if (aim.empty()) aim = first;
       const Judgement judged = judge(lights_, aim, starts);
+      if (judged.walks == 0.0 && !first.empty()) continue;  // nothing was learned
       if (judged.noise > k_worthwhile && (last || judged.walks > k_enough_walks)) return {};
     }
     return aim;
   }
 
  private:
+  /// Where nearly all of the scene lies far from what is seen, hardly a walk from a sun or world arrives there by
+  /// itself.
+  EmissionAim first_aim() const {
+    std::vector<Vec3> seen = points_seen(scene_);
+    const auto distance = [&](const Vec3& p) { return length(p - scene_.camera().origin()); };
+    if (seen.empty()) return {};
+    std::sort(seen.begin(), seen.end(), [&](const Vec3& l, const Vec3& r) { return distance(l) < distance(r); });
+    const float far = k_far_larger * distance(seen[seen.size() / 2]);
+    if (!(lights_.scene_radius() > far)) return {};
+    std::erase_if(seen, [&](const Vec3& p) { return distance(p) > far; });
+    std::vector<EmissionArrival> arrivals;
+    for (size_t i = 0; i < seen.size(); ++i) {
+      const Sampler sampler(seed_, 1, 0, static_cast<uint32_t>(i));
+      const EmissionSample start =
+          lights_.sample_emission(sampler.get_2d(k_dimension_emitter), sampler.get_2d(k_dimension_emitter_direction));
+      if (start && is_infinite(start.light)) arrivals.push_back({start.light, true, seen[i], 1.0f});
+    }
+    return EmissionAim(arrivals, k_least_target * lights_.scene_radius());
+  }
+
+  bool is_infinite(LightIndex light) const {
+    const LightKind kind = lights_.kind(light);
+    return kind == LightKind::sun || kind == LightKind::environment;
+  }
+
   /// Returns the light walks with what each was worth.
   std::vector<Start> run_round(int round, int camera_walks) {
     const float radius_px = std::max(k_least_radius_px, static_cast<float>(1.5 * std::sqrt(pixels_ / camera_walks)));
@@ -158,12 +191,10 @@ class Pilot {
       kernel.light_sample(Sampler(seed_, 0, round, static_cast<uint32_t>(i)), &piece.batch, /*silent=*/true);
       const LightWalk& walk = kernel.light_walk();
       if (walk.size() == 0) continue;
-      const LightKind kind = lights_.kind(walk.light());
       start.n_light = walk.start().n_light_world;
       start.direction = walk.start().direction_world;
       start.distance_m = length(walk[0].surface.p_world - walk.start().p_light_world);
-      start.arrival = {walk.light(), kind == LightKind::sun || kind == LightKind::environment, walk[0].surface.p_world,
-                       0.0f};
+      start.arrival = {walk.light(), is_infinite(walk.light()), walk[0].surface.p_world, 0.0f};
       piece.starts.push_back(start);
     }
     add_counts(kernel);
@@ -210,12 +241,28 @@ class Pilot {
   RayCounts& counts_;
   std::mutex counts_mutex_;
   const double pixels_;
-  const int light_walks_;
+  int light_walks_;
+  const int camera_walks_;  ///< of the last round
   const uint32_t seed_;
   Pass pass_;
 };
 
 }  // namespace
+
+std::vector<Vec3> points_seen(const Scene& scene) {
+  constexpr int k_side = 16;
+  std::vector<Vec3> points;
+  const Camera& camera = scene.camera();
+  for (int i = 0; i < k_side * k_side; ++i) {
+    const Vec2 raster((static_cast<float>(i % k_side) + 0.5f) / k_side * static_cast<float>(camera.width_px()),
+                      (static_cast<float>(i / k_side) + 0.5f) / k_side * static_cast<float>(camera.height_px()));
+    const CameraRay ray = camera.sample_ray(raster, {0.5f, 0.5f});
+    Hit hit;
+    if (scene.geometry().intersect({ray.origin, ray.t_min, ray.direction, ray.t_max, k_visible_camera}, hit))
+      points.push_back(scene.geometry().surface(hit).p_world);
+  }
+  return points;
+}
 
 template <KernelProfile profile>
 EmissionAim learn_aim(const Scene& scene, const IntegratorSettings& settings, const TechniqueSet& set, Film& film,

@@ -90,6 +90,7 @@ void Kernel<profile, recording>::add_lamps(const Ray& ray, float t_end) {
 
 template <KernelProfile profile, bool recording>
 void Kernel<profile, recording>::add_background(const Vec3& direction) {
+  if (recording && only_transparent_) passes()->missed(direction);
   if (settings_.film_transparent && only_transparent_) {
     estimate_.transparency += average(throughput_);
     if (PassRecorder* const p = passes()) p->see_through(direction, throughput_, path_counts());
@@ -100,12 +101,12 @@ void Kernel<profile, recording>::add_background(const Vec3& direction) {
     const bool counts =
         bounces_.total - 1 <= hit.traits->max_bounces && hit.traits->linked.blockers == 0 && meets(hit.traits->linked);
     const float weight = counts ? emission_weight(hit.light, direction, k_infinity, hit.uv, *hit.traits) : 0.0f;
-    if (!(weight > 0.0f) && !(recording && meets_world_)) return;
+    if (!(weight > 0.0f) && !(recording && passes()->waits_for_world())) return;
     const Color radiance = throughput_ * scene_.light_radiance(hit, path_counts());
     const LightSource source = scene_.source_of(hit.light);
     if constexpr (recording)
-      if (meets_world_ && source == LightSource::background)
-        passes()->received(weight > 0.0f ? radiance : Color(0.0f), world_hidden_ ? Color(0.0f) : radiance);
+      if (passes()->waits_for_world() && source == LightSource::background)
+        passes()->met_world(radiance, weight > 0.0f);
     if (weight > 0.0f) add_met(radiance * weight, source, hit.traits->group);
   });
 }
@@ -169,7 +170,7 @@ void Kernel<profile, recording>::next_event(const ShadingPoint& point, const Sur
   const float weight = hit_by_rays ? power_heuristic(light.pdf_solid_angle, scattered.pdf_solid_angle) : 1.0f;
   std::optional<Color> seen_through;  // the shadow ray's answer, once known
   if constexpr (recording)
-    if (receiving_) {
+    if (passes()->receiving()) {
       const Color unshadowed = throughput_ * scattered.f_cos * radiance * (1.0f / light.pdf_solid_angle);
       if (is_black(unshadowed)) return;
       seen_through = light.traits->shadows ? visibility(shadow_ray(scene_, hit, light), light.traits->linked.blockers)
@@ -194,24 +195,6 @@ void Kernel<profile, recording>::next_event(const ShadingPoint& point, const Sur
                        scene_.source_of(light.light), light.traits->group, nullptr, &parts);
 }
 
-/// An even world is no light that next event chooses: the surface receives it by the scattered ray, by what that meets.
-template <KernelProfile profile, bool recording>
-void Kernel<profile, recording>::receive_world(const BsdfSample& scattered) {
-  meets_world_ = receiving_ && !(scattered.event & k_scatter_delta) && scene_.lights().has_even_world();
-  world_hidden_ = receiving_ = false;
-}
-
-/// Something stands before the world that the scattered ray would have met; a transparent surface perhaps.
-template <KernelProfile profile, bool recording>
-void Kernel<profile, recording>::hide_world(const Vec3& direction) {
-  if (!meets_world_ || world_hidden_) return;
-  world_hidden_ = true;
-  scene_.lights().for_each_infinite(direction, bounces_.ray_kind, [&](const LightHit& hit) {
-    if (scene_.source_of(hit.light) == LightSource::background)
-      recorder_->received(Color(0.0f), throughput_ * scene_.light_radiance(hit, path_counts()));
-  });
-}
-
 template <KernelProfile profile, bool recording>
 PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
   ++counts_.paths;
@@ -231,7 +214,7 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
       add_background(ray.direction);
       break;
     }
-    if constexpr (recording) hide_world(ray.direction);
+    if constexpr (recording) passes()->hide_world(ray.direction, throughput_, path_counts());
     SurfaceHit hit = scene_.geometry().surface(geometry_hit);
     const SurfaceBinding& binding = scene_.binding(hit.instance, hit.material_slot);
     const Program& program = *binding.program;
@@ -264,8 +247,7 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
           see_hole(estimate_, scene_, seen, settings_.film_transparent, throughput_, ray.direction, path_counts());
           break;
         }
-        if (program.traits().holdout && settings_.film_transparent)
-          estimate_.transparency += average(throughput_ * bsdf.holdout());
+        if (program.traits().holdout) estimate_.transparency += average(throughput_ * bsdf.holdout());
         if (PassRecorder* const p = passes()) p->visible(hit, binding, point, bsdf, throughput_);
       }
       // What the camera sees directly: no lobe may be so rare that it shows as dots.
@@ -275,7 +257,6 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
       throughput_ /= roulette.survival;
       const EventNumbers numbers(sampler_, event_index);
       const Vec3 receiver_normal = light_receiver_normal(bsdf, point.ng_world);
-      if constexpr (recording) receiving_ = only_transparent_ && passes()->wants_received();
       if (bsdf.has_non_delta() && !scene_.lights().empty(k_even_world))
         next_event(point, hit, bsdf, receiver_normal, numbers);
       scattered = sample(bsdf, point.wi_world, numbers, parts);
@@ -292,7 +273,7 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
         hit = exit.surface;
         fill_subsurface_exit(scene_, exit, entered, cone, path_counts(), point, bsdf);
         const EventNumbers exit_numbers(sampler_, ++event_index);
-        if constexpr (recording) receiving_ = false;  // of what is under the surface nothing is received there
+        if constexpr (recording) passes()->pass_under();
         scattered_normal = point.ng_world;
         if (!scene_.lights().empty(k_even_world)) next_event(point, hit, bsdf, scattered_normal, exit_numbers);
         scattered = sample(bsdf, point.wi_world, exit_numbers, parts);
@@ -306,7 +287,8 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
       } else if (!(scattered.event & k_scatter_transparent)) {
         last_ = {hit.p_world, scattered_normal, scattered.pdf_solid_angle, !(scattered.event & k_scatter_delta),
                  hit.instance};
-        if (PassRecorder* const p = passes()) p->scattered(hit.instance, bsdf, point.wi_world, scattered, &parts);
+        only_transparent_ = only_transparent_ && counts_as_transparent(settings_, scattered);
+        if (recording && !only_transparent_) passes()->scattered(hit.instance, bsdf, point.wi_world, scattered, &parts);
       }
     }
     throughput_ *= scattered.weight;
@@ -314,11 +296,10 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
 
     if (!bounces_.advance(scattered.event, settings_.bounces)) break;
     if constexpr (recording)
-      if (!(scattered.event & k_scatter_transparent)) receive_world(scattered);
+      if (!(scattered.event & k_scatter_transparent)) passes()->leave(scattered);
     if (scattered.event & k_scatter_transparent) {
       distance_before_ = scattered.event & k_scatter_portal ? 0.0f : distance;
     } else {
-      only_transparent_ = false;
       distance_before_ = 0.0f;
     }
 
@@ -327,7 +308,7 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
     if (event_index > 0 && u_roulette >= 0.0f && !(scattered.event & k_scatter_transparent)) {
       roulette = Roulette(throughput_, u_roulette, k_safe_throughput);
       if (roulette.lost && !scene_.rays_meet_light()) {
-        if constexpr (recording) hide_world(scattered.wo_world);
+        if constexpr (recording) passes()->hide_world(scattered.wo_world, throughput_, path_counts());
         break;
       }
     }

@@ -65,8 +65,6 @@ class Kernel {
     else
       return nullptr;
   }
-  void receive_world(const BsdfSample& scattered);
-  void hide_world(const Vec3& direction);
   PathCounts path_counts() const {
     return {bounces_.ray_kind, bounces_.total,        bounces_.diffuse,
             bounces_.glossy,   bounces_.transmission, bounces_.transparent};
@@ -77,9 +75,6 @@ class Kernel {
   const Sampler& sampler_;
   RayCounts& counts_;
   PassRecorder* const recorder_;
-  bool receiving_ = false;     ///< recording: next event tells what the surface receives
-  bool meets_world_ = false;   ///< recording: the even world that the next ray meets is received by what the camera saw
-  bool world_hidden_ = false;  ///< ... and something stands before it
   float shadow_survival_scale_ = k_infinity;  ///< times a contribution: probability of tracing its shadow ray
   PathEstimate estimate_;
   Color throughput_{1.0f};
@@ -87,7 +82,7 @@ class Kernel {
   LastScatter last_;
   float distance_before_ =
       0.0f;  ///< from the last scattering to the present ray's origin, through transparent surfaces
-  bool only_transparent_ = true;  ///< nothing but transparent surfaces since the camera
+  bool only_transparent_ = true;  ///< nothing but transparent surfaces since the camera, or what counts as such
 };
 
 extern template class Kernel<KernelProfile::solid, false>;

@@ -18,7 +18,8 @@ namespace {
 constexpr int k_most_light_vertices = 100;
 /// Light walks of a pass that leave photons at most: bounds the memory of large pictures.
 constexpr uint64_t k_most_merge_paths = 1u << 20;
-/// Light walks of a pass among which the pool is chosen at most, and how many vertices it has.
+/// Light walks of a pass among which the pool is chosen at most, and how many vertices it has: few enough to stay in the
+/// caches (1,024 instead of 128 were no less noisy).
 constexpr uint64_t k_most_pool_paths = 1u << 16;
 constexpr size_t k_least_pool = 64, k_most_pool = 256, k_candidates_of_vertex = 128;
 constexpr size_t k_pool_piece = 64;
@@ -94,7 +95,8 @@ class Bidirectional final : public Integrator {
     pass_.radius_scale = radius_scale;
     pass_.radius_limit_m =
         std::min(k_largest_radius * radius_scale * typical_footprint_m_, 4.0f * scene_->lights().scene_radius());
-    // Photons come from the sample before, as a by-product; where it was not rendered here, its walks are made again.
+    // Photons and the pool come from the sample before, as a by-product; where it was not rendered here, its walks are
+    // made again.
     missing_.clear();
     for (size_t i = 0; i < tiles_.size(); ++i)
       if (tiles_[i].complete_sample != sample - 1) missing_.push_back(static_cast<int>(i));
@@ -114,7 +116,7 @@ class Bidirectional final : public Integrator {
       return counts;
     }
     if (pass_.set.shared_lights) return trace_shared(sample);
-    if (stage == 0) return trace_photons(film, sample - 1, missing_[static_cast<size_t>(piece)], cancel);
+    if (stage == 0) return trace_missing(film, sample - 1, missing_[static_cast<size_t>(piece)], cancel);
     if (stage == 1) return trace_chosen(sample, static_cast<size_t>(piece), cancel);
     std::vector<PhotonBatch*> batches;
     for (Tile& tile : tiles_) batches.push_back(&tile.batch);
@@ -143,7 +145,7 @@ class Bidirectional final : public Integrator {
           break;
         }
         if (adaptive && !film.active(x, y)) {
-          // A pixel that is done still leaves its photons: the map stands for all walks, whoever else needs them.
+          // A pixel that is done still leaves its walk: photons and pool stand for all of them, whoever else needs them.
           if (kept) leave_walk(kernel, *kept, x, y, target_samples - 1);
           continue;
         }
@@ -327,7 +329,8 @@ class Bidirectional final : public Integrator {
            unit_float(hash_combine(hash_u32(static_cast<uint32_t>(x)), static_cast<uint32_t>(y))) < share;
   }
 
-  RayCounts trace_photons(Film& film, int64_t sample, int tile, const CancelFlag& cancel) {
+  /// The light walks of a tile's sample, for what they leave to the next sample alone.
+  RayCounts trace_missing(Film& film, int64_t sample, int tile, const CancelFlag& cancel) {
     const KernelLoan loan(*this, film);
     Kernel& kernel = *loan.kernel;
     Tile& kept = tiles_[static_cast<size_t>(tile)];

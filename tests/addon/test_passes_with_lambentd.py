@@ -287,7 +287,8 @@ print('RESULT', render(write_still=True))
         pixels = passes[name]
         assert np.isfinite(pixels).all(), name
         if name not in ("Depth", "Denoising Depth", "Mist", "Debug Sample Count", "Environment", "Combined_sky", "Shadow Catcher", "Noisy Shadow Catcher", "Denoising Albedo"):
-            assert not pixels.any(), name
+            # From Blender 5.2 on the world moves too: by rounding alone where the camera does not.
+            assert abs(pixels).max() <= (1e-4 if name == "Vector" else 0.0), name
     # As Cycles has it where nothing was hit.
     assert (passes["Depth"] > 1e9).all() and (passes["Mist"] == 1).all()
 

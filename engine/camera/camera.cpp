@@ -98,14 +98,8 @@ Result<Camera> Camera::create(const CameraSpec& spec) {
   return camera;
 }
 
-Vec3 Camera::to_camera(const Vec3& v) const { return {dot(dual_x_, v), dot(dual_y_, v), dot(dual_z_, v)}; }
-
 Vec2 Camera::plane_of_raster(const Vec2& raster) const {
   return {plane_min_.x + raster.x * plane_per_px_.x, plane_min_.y + raster.y * plane_per_px_.y};
-}
-
-Vec2 Camera::raster_of_plane(const Vec2& plane) const {
-  return {(plane.x - plane_min_.x) / plane_per_px_.x, (plane.y - plane_min_.y) / plane_per_px_.y};
 }
 
 Transform Camera::camera_from_world() const {
@@ -154,14 +148,9 @@ CameraRay Camera::sample_ray(const Vec2& raster_px, const Vec2& u_lens, float ti
 }
 
 Vec2 Camera::raster_of(const Vec3& p_world) const {
-  const Vec3 d = p_world - origin_;
-  Vec2 plane(dot(dual_x_, d), dot(dual_y_, d));
-  if (projection_ != Projection::orthographic) {
-    const float depth = dot(dual_z_, d);
-    if (depth == 0.0f) return {0.0f, 0.0f};
-    plane = {plane.x / depth, plane.y / depth};
-  }
-  return {(plane.x - plane_min_.x) / plane_per_px_.x, (plane.y - plane_min_.y) / plane_per_px_.y};
+  const Vec3 q = to_camera(p_world - origin_);
+  if (projection_ == Projection::orthographic) return raster_of_plane({q.x, q.y});
+  return q.z != 0.0f ? raster_of_plane({q.x / q.z, q.y / q.z}) : Vec2(0.0f, 0.0f);
 }
 
 CameraPdf Camera::pdf(const Vec3& origin_world, const Vec3& direction_world) const {

@@ -131,13 +131,17 @@ class Camera {
  private:
   Camera() = default;
 
-  Vec3 to_camera(const Vec3& v_world) const;
+  Vec3 to_camera(const Vec3& v_world) const {
+    return {dot(dual_x_, v_world), dot(dual_y_, v_world), dot(dual_z_, v_world)};
+  }
   Vec3 to_world(const Vec3& v_camera) const {
     return axis_x_ * v_camera.x + axis_y_ * v_camera.y + axis_z_ * v_camera.z;
   }
   /// Image-plane position (at z = 1, or on the near plane) of a raster position, and back.
   Vec2 plane_of_raster(const Vec2& raster_px) const;
-  Vec2 raster_of_plane(const Vec2& plane) const;
+  Vec2 raster_of_plane(const Vec2& plane) const {
+    return {(plane.x - plane_min_.x) / plane_per_px_.x, (plane.y - plane_min_.y) / plane_per_px_.y};
+  }
 
   Projection projection_ = Projection::perspective;
   Vec3 origin_{0.0f};

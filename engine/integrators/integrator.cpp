@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -27,26 +26,6 @@ Result<std::unique_ptr<Integrator>> make_integrator(const std::string& name, std
                            fmt::join(integrator_names(), ", "))};
 }
 
-namespace {
-
-/// Radius of the scene over the distance to what the camera sees, in the median; 0 if it sees nothing.
-float size_over_distance(const Scene& scene) {
-  std::vector<float> distances;
-  for (const Vec3& p : bidirectional::points_seen(scene)) distances.push_back(length(p - scene.camera().origin()));
-  if (distances.empty()) return 0.0f;
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return *middle > 0.0f ? scene.lights().scene_radius() / *middle : 0.0f;
-}
-
-/// Whether light walks start from suns or the world: these come last of what sample_emission's first number chooses.
-bool walks_start_far_away(const LightSet& lights) {
-  const EmissionSample last = lights.sample_emission({0x1.fffffep-1f, 0.5f}, Vec2(0.5f));
-  return last && (lights.kind(last.light) == LightKind::sun || lights.kind(last.light) == LightKind::environment);
-}
-
-}  // namespace
-
 void report_lost_light(const std::string& name, const Scene& scene, Report& report) {
   const TechniqueSet* set = find_techniques(name);
   if (!set) return;
@@ -58,11 +37,16 @@ void report_lost_light(const std::string& name, const Scene& scene, Report& repo
   if (set->next_event) return;
   // Rounding keeps aims from being narrower than a thousandth of the scene.
   constexpr float k_hardly_met = 1e4f;
-  if (const float size = walks_start_far_away(scene.lights()) ? size_over_distance(scene) : 0.0f; size > k_hardly_met)
-    report.warning("lost_light", name,
-                   fmt::format("{} hardly finds the light of suns and world: the scene is {:.0f} times larger than the "
-                               "distance to what the camera sees. PT, BPT and VCM do; or move what lies so far away.",
-                               name, static_cast<double>(size)));
+  if (scene.lights().emits_from_afar()) {
+    const float distance = bidirectional::typical_distance(scene, bidirectional::points_seen(scene));
+    const float size = distance > 0.0f ? scene.lights().scene_radius() / distance : 0.0f;
+    if (size > k_hardly_met)
+      report.warning(
+          "lost_light", name,
+          fmt::format("{} hardly finds the light of suns and world: the scene is {:.0f} times larger than the "
+                      "distance to what the camera sees. PT, BPT and VCM do; or move what lies so far away.",
+                      name, static_cast<double>(size)));
+  }
   std::vector<std::string> lost = scene.lights_without_walks();
   if (lost.empty()) return;
   constexpr size_t k_most_names = 8;

@@ -30,6 +30,10 @@ LightKind LightSet::kind(LightIndex light) const {
   return light < environment_ ? LightKind::triangle : LightKind::environment;
 }
 
+bool LightSet::is_infinite(LightIndex light) const {
+  return light == environment_ || (light < first_triangle_ && lamps_[light].is_infinite());
+}
+
 bool LightSet::is_delta(LightIndex light) const { return light < first_triangle_ && lamps_[light].is_delta(); }
 
 const LightTraits& LightSet::traits(LightIndex light) const {
@@ -103,11 +107,10 @@ LightSet::Selection LightSet::select(const Vec3& p, const Vec3& n, ReusedNumber&
 
 float LightSet::prob_selection(const Vec3& p, const Vec3& n, LightIndex light, LightChoices choices) const {
   if (light == k_no_light || light > environment_) return 0.0f;
-  const bool infinite = light == environment_ || (light < first_triangle_ && lamps_[light].is_infinite());
   if (light == environment_ && leaves_world(choices.even_world)) return 0.0f;
   const PoolView pool = pool_of(choices);
   const Groups groups = weigh_groups(pool, p, n, choices.even_world);
-  if (!infinite) {
+  if (!is_infinite(light)) {
     const float prob = groups.prob(groups.tree);
     return prob > 0.0f ? prob * pool.tree.prob(p, n, emitter_of_light(light)) : 0.0f;
   }
@@ -361,7 +364,7 @@ EmissionPdf LightSet::pdf_on_light(LightIndex light, const Vec3& n_light, const 
 void LightSet::add_aimed(LightIndex light, const Vec3& direction, const Vec3& p_ray, const EmissionAim& aim,
                          EmissionPdf& pdf) const {
   const LightKind kind = this->kind(light);
-  const bool infinite = kind == LightKind::sun || kind == LightKind::environment;
+  const bool infinite = is_infinite(light);
   // What only emission in other directions could have been sampled for stays so.
   if (!(pdf.pdf_direction_solid_angle > 0.0f)) return;
   const bool round = kind == LightKind::point || kind == LightKind::spot;

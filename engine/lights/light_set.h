@@ -63,6 +63,8 @@ class LightSet {
   size_t sampled_lights() const { return sampled_; }
   size_t triangle_count() const { return triangles_.size(); }
   bool has_infinite_lights() const { return !infinite_.empty(); }
+  /// Whether sample_emission() may choose an infinite light.
+  bool emits_from_afar() const { return !emission_cdf_.empty() && emission_cdf_.back() > emission_cdf_.front(); }
   /// The world is a light that EvenWorld::left_to_scattering leaves out.
   bool has_even_world() const { return has_even_world_; }
   /// True if intersect() can ever find anything: lamps with a size.
@@ -135,6 +137,8 @@ class LightSet {
   // --- Facts about a light
 
   LightKind kind(LightIndex light) const;
+  /// Sun or environment.
+  bool is_infinite(LightIndex light) const;
   /// Cannot be hit: point and spot without radius, sun without angle.
   bool is_delta(LightIndex light) const;
   const LightTraits& traits(LightIndex light) const;

@@ -26,7 +26,7 @@ float light_walk_density(const LightSet& lights, const EmissionAim* aim, LightIn
   if (conditional) *conditional = 0.0f;
   if (light == k_no_light || !lights.traits(light).starts_walks) return 0.0f;
   const LightKind kind = lights.kind(light);
-  const bool infinite = kind == LightKind::sun || kind == LightKind::environment;
+  const bool infinite = lights.is_infinite(light);
   const Vec3 p_ray = infinite ? p_receiver : p_receiver - direction * distance;
   const EmissionPdf pdf = lights.pdf_emission(light, n_light, direction, p_ray, aim);
   if (infinite) {

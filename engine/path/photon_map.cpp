@@ -1,7 +1,6 @@
 #include "engine/path/photon_map.h"
 
 #include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <atomic>
@@ -9,6 +8,7 @@
 #include <tuple>
 
 #include "engine/base/hash.h"
+#include "engine/base/parallel.h"
 
 namespace lambent {
 
@@ -112,10 +112,7 @@ void PhotonMap::build(std::span<PhotonBatch* const> batches, float cell_m, const
           sort_bucket(std::span(photons_).subspan(starts_[b], starts_[b + 1] - starts_[b]), cancel);
     });
   };
-  if (threads > 0)
-    tbb::task_arena(threads).execute(work);
-  else
-    work();
+  with_threads(threads, work);
   if (cancel.cancelled()) photons_.clear();
 }
 

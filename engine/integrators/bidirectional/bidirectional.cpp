@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <optional>
 
 #include "engine/base/check.h"
 #include "engine/base/hash.h"
@@ -18,8 +19,8 @@ namespace {
 constexpr int k_most_light_vertices = 100;
 /// Light walks of a pass that leave photons at most: bounds the memory of large pictures.
 constexpr uint64_t k_most_merge_paths = 1u << 20;
-/// Light walks of a pass among which the pool is chosen at most, and how many vertices it has: few enough to stay in the
-/// caches (1,024 instead of 128 were no less noisy).
+/// Light walks of a pass among which the pool is chosen at most, and how many vertices it has: few enough to stay in
+/// the caches (1,024 instead of 128 were no less noisy).
 constexpr uint64_t k_most_pool_paths = 1u << 16;
 constexpr size_t k_least_pool = 64, k_most_pool = 256, k_candidates_of_vertex = 128;
 constexpr size_t k_pool_piece = 64;
@@ -110,8 +111,7 @@ class Bidirectional final : public Integrator {
           bidirectional::learn_aim<profile>(*scene_, settings_, pass_.set, film, typical_footprint_m_, cancel, counts);
       if (pass_.set.connections) {
         learned_ = bidirectional::learn_guide<profile>(*scene_, settings_, pass_, film, cancel, counts);
-        learned_guide_ = true;
-        if (!learned_.guide.empty()) pass_.guide = &learned_.guide;
+        if (!learned_->guide.empty()) pass_.guide = &learned_->guide;
       }
       return counts;
     }
@@ -145,7 +145,8 @@ class Bidirectional final : public Integrator {
           break;
         }
         if (adaptive && !film.active(x, y)) {
-          // A pixel that is done still leaves its walk: photons and pool stand for all of them, whoever else needs them.
+          // A pixel that is done still leaves its walk: photons and pool stand for all of them, whoever else needs
+          // them.
           if (kept) leave_walk(kernel, *kept, x, y, target_samples - 1);
           continue;
         }
@@ -256,14 +257,14 @@ class Bidirectional final : public Integrator {
 
   bool has_pool() const { return pass_.guide != nullptr; }
   /// Whether the light walks of a sample serve the next.
-  bool keeps_walks() const { return pass_.set.merging || (pass_.set.connections && (!learned_guide_ || has_pool())); }
+  bool keeps_walks() const { return pass_.set.merging || (pass_.set.connections && (!learned_ || has_pool())); }
   bool is_candidate(int x, int y) const { return is_in_share(x, y, pool_share_); }
   void note_worth(Kernel& kernel, Tile& kept, int x, int y) const {
-    if (has_pool() && is_candidate(x, y)) kept.walks.push_back({x, y, learned_.guide.worth(kernel.light_walk())});
+    if (has_pool() && is_candidate(x, y)) kept.walks.push_back({x, y, pass_.guide->worth(kernel.light_walk())});
   }
   /// Traces a walk for what it leaves to the next sample alone.
   void leave_walk(Kernel& kernel, Tile& kept, int x, int y, int64_t sample) const {
-    const bool photons = pass_.set.merging && leaves_photons(x, y);
+    const bool photons = leaves_photons(x, y);
     if (!photons && !(has_pool() && is_candidate(x, y))) return;
     enter(x, y, sample);
     kernel.light_sample(Sampler(settings_.seed, x, y, static_cast<uint32_t>(sample)), photons ? &kept.batch : nullptr,
@@ -300,8 +301,8 @@ class Bidirectional final : public Integrator {
       enter(chosen_[i].x, chosen_[i].y, sample - 1);
       walk.trace(Sampler(settings_.seed, chosen_[i].x, chosen_[i].y, static_cast<uint32_t>(sample - 1)));
       counts.rays += walk.rays() - before;
-      learned_.guide.place(walk);
-      bidirectional::take_vertices(learned_.guide, walk, chosen_[i], worth_of_walk_, taken_[i]);
+      pass_.guide->place(walk);
+      bidirectional::take_vertices(*pass_.guide, walk, chosen_[i], worth_of_walk_, taken_[i]);
     }
     return counts;
   }
@@ -309,7 +310,7 @@ class Bidirectional final : public Integrator {
   void finish_pool() {
     std::vector<bidirectional::VertexPool::Vertex> vertices;
     for (const auto& some : taken_) vertices.insert(vertices.end(), some.begin(), some.end());
-    pool_.set(std::move(vertices), learned_.picks, learned_.guide);
+    pool_.set(std::move(vertices), learned_->picks, *pass_.guide);
     pass_.pool = pool_.empty() ? nullptr : &pool_;
   }
 
@@ -381,8 +382,7 @@ class Bidirectional final : public Integrator {
   PhotonMap photons_;
   std::vector<std::unique_ptr<LightWalk>> shared_;
   std::vector<const LightWalk*> shared_view_;
-  bidirectional::LearnedGuide learned_;
-  bool learned_guide_ = false;
+  std::optional<bidirectional::LearnedGuide> learned_;  ///< none: not yet
   std::vector<bidirectional::ChosenWalk> chosen_;
   std::vector<std::unique_ptr<LightWalk>> pool_walks_;                 ///< the chosen, traced again
   std::vector<std::vector<bidirectional::VertexPool::Vertex>> taken_;  ///< of each

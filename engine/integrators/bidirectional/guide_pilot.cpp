@@ -1,7 +1,6 @@
 #include "engine/integrators/bidirectional/guide_pilot.h"
 
 #include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <array>
@@ -10,7 +9,8 @@
 #include <mutex>
 
 #include "engine/base/hash.h"
-#include "engine/integrators/bidirectional/picture_samples.h"
+#include "engine/base/parallel.h"
+#include "engine/integrators/bidirectional/pilot_parts.h"
 
 namespace lambent::bidirectional {
 
@@ -43,11 +43,13 @@ class GuidePilot {
  public:
   GuidePilot(const Scene& scene, const IntegratorSettings& settings, const Pass& like, Film& film,
              const CancelFlag& cancel, RayCounts& counts)
-      : scene_(scene), settings_(settings), pass_(like), film_(film), cancel_(cancel), counts_(counts) {
-    settings_.observer = nullptr;
-    settings_.passes = nullptr;
-    settings_.others = {};
-    settings_.clamp_direct = settings_.clamp_indirect = settings_.light_threshold = 0.0f;
+      : scene_(scene),
+        settings_(settings_of_pilots(settings)),
+        pass_(like),
+        film_(film),
+        cancel_(cancel),
+        counts_(counts) {
+    settings_.light_threshold = 0.0f;
     pass_.set.merging = false;
     pass_.guide = nullptr;
     pass_.pool = nullptr;
@@ -79,18 +81,9 @@ class GuidePilot {
   }
 
  private:
-  template <typename Work>
-  void in_parallel(int pieces, const Work& work) const {
-    const auto all = [&] { tbb::parallel_for(0, pieces, work); };
-    if (settings_.threads > 0)
-      tbb::task_arena(settings_.threads).execute(all);
-    else
-      all();
-  }
-
   void trace_light() {
     walks_.resize(k_light_walks);
-    in_parallel(k_light_walks / k_piece, [&](int piece) {
+    tbb::parallel_for(0, k_light_walks / k_piece, [&](int piece) {
       for (int i = piece * k_piece; i < (piece + 1) * k_piece && !cancel_.cancelled(); ++i) {
         auto& walk = walks_[static_cast<size_t>(i)] =
             std::make_unique<LightWalk>(scene_, walk_settings(settings_, pass_));
@@ -105,19 +98,16 @@ class GuidePilot {
     std::vector<View> views(static_cast<size_t>(walks));
     std::mutex counts_mutex;
     rays_ = 0;
-    in_parallel(walks / k_piece, [&](int piece) {
+    tbb::parallel_for(0, walks / k_piece, [&](int piece) {
       Kernel<profile> kernel(scene_, settings_, pass_, film_);
       for (int i = piece * k_piece; i < (piece + 1) * k_piece && !cancel_.cancelled(); ++i) {
         View& view = views[static_cast<size_t>(i)];
         const auto [x, y] = spread_pixel(region, i / 2);
         view.block = (y - region.y) * k_blocks / region.height * k_blocks + (x - region.x) * k_blocks / region.width;
         const Sampler sampler(seed_ + static_cast<uint32_t>(round), x, y, static_cast<uint32_t>(i));
-        const Vec2 raster(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
-        const Vec2 lens = scene_.profile().depth_of_field ? sampler.get_2d(k_dimension_lens) : Vec2(0.0f);
         kernel.note_connected(&view.log);
         kernel.light_sample(sampler, nullptr, /*silent=*/true);
-        const PathEstimate seen = kernel.camera_sample(sampler, scene_.camera().sample_ray(raster, lens), x, y);
-        view.seen = static_cast<double>(luminance(abs(seen.radiance)));
+        view.seen = static_cast<double>(luminance(abs(see_pixel(kernel, scene_, sampler, x, y).radiance)));
       }
       const std::lock_guard lock(counts_mutex);
       const RayCounts traced = kernel.take_counts();
@@ -246,7 +236,8 @@ LearnedGuide learn_guide(const Scene& scene, const IntegratorSettings& settings,
                          const CancelFlag& cancel, RayCounts& counts) {
   const Rectangle& region = film.region();
   if (region.width <= 0 || region.height <= 0 || !(scene.lights().flux() > 0.0)) return {};
-  return GuidePilot<profile>(scene, settings, like, film, cancel, counts).learn();
+  return with_threads(settings.threads,
+                      [&] { return GuidePilot<profile>(scene, settings, like, film, cancel, counts).learn(); });
 }
 
 template LearnedGuide learn_guide<KernelProfile::solid>(const Scene&, const IntegratorSettings&, const Pass&, Film&,

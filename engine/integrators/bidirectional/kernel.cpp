@@ -269,7 +269,7 @@ float Kernel<profile>::first_connections(int region, int light_leaf) const {
 
 template <KernelProfile profile>
 void Kernel<profile>::place(const Here& here) {
-  if (!pass_.pool || !pass_.guide) return;
+  if (!pass_.guided()) return;
   if (only_delta_) {
     first_ = here.i;
     region_ = pass_.guide->region_at(here.hit);
@@ -419,7 +419,6 @@ template <KernelProfile profile>
 Color Kernel<profile>::connect(const Here& here, const LightWalk& walk, const LightVertex& vertex, float scale,
                                float u_roulette) {
   const EventCounts before = counts();
-  const uint32_t kind = scattered_kind(here.bsdf);
   if (!vertex.bsdf.has_non_delta()) return Color(0.0f);
   const int n = here.i + vertex.depth;
   if (n - 1 > settings_.bounces.total || n - 1 > walk.traits().max_bounces) return Color(0.0f);
@@ -467,6 +466,7 @@ Color Kernel<profile>::connect(const Here& here, const LightWalk& walk, const Li
   const Vec3 origin = offset_origin(here.hit.p_world, here.hit.p_error, here.hit.ng_world, direction);
   const Vec3 target =
       offset_origin(vertex.surface.p_world, vertex.surface.p_error, vertex.surface.ng_world, -direction);
+  const uint32_t kind = scattered_kind(here.bsdf);
   bool depended = false;
   contribution *= visibility(segment(origin, target, kind & k_visible_all), kind,
                              before.transparent + vertex.counts.transparent, &depended);
@@ -545,7 +545,7 @@ void Kernel<profile>::merge(const Here& here, const Sampler& sampler, uint32_t e
         do --record;
         while (record->depth != d);
         if (d == 0) break;
-        if (pass_.pool && pass_.guide && d == depth - 1 && here.i == first_)
+        if (pass_.guided() && d == depth - 1 && here.i == first_)
           pdfs_.first_connections = first_connections(region_, record->flags >> k_record_place_shift);
         pdfs_.light[i] = record->own;
         pdfs_.camera[i] = d == depth - 1 ? scattered.pdf_solid_angle * previous : record->other;

@@ -35,6 +35,9 @@ struct Pass {
   float radius_limit_m = 0.0f;             ///< largest merge radius
   bool correlation_aware = true;
   float clamp_connection = 0.0f;  ///< VPL: largest sum of R, G, B of one connection; 0: none
+
+  /// Connections are chosen by what they are worth, and weights know it.
+  bool guided() const { return pool && guide; }
 };
 
 /// Camera walks that count the emission they meet leave an even world to that.

@@ -41,7 +41,7 @@ void Kernel<profile>::connect_to_lens(const LightWalk& walk, const LightVertex& 
   if (pass_.set.weighted()) {
     lens_pdfs_.reserve(vertex.depth);
     append_light(lens_pdfs_, 1, walk, vertex, at_light);
-    if (pass_.pool && pass_.guide && vertex.depth > 1) {
+    if (pass_.guided() && vertex.depth > 1) {
       const LightVertex* before = &vertex;
       while (before->depth == vertex.depth) --before;
       lens_pdfs_.first_connections = first_connections(pass_.guide->region_at(vertex.surface), before->place);

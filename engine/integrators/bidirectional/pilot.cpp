@@ -1,7 +1,6 @@
 #include "engine/integrators/bidirectional/pilot.h"
 
 #include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <atomic>
@@ -9,8 +8,8 @@
 #include <mutex>
 
 #include "engine/base/hash.h"
-#include "engine/integrators/bidirectional/picture_samples.h"
-#include "engine/sampling/dimension.h"
+#include "engine/base/parallel.h"
+#include "engine/integrators/bidirectional/pilot_parts.h"
 
 namespace lambent::bidirectional {
 
@@ -77,7 +76,7 @@ class Pilot {
         const CancelFlag& cancel, RayCounts& counts)
       : scene_(scene),
         lights_(scene.lights()),
-        settings_(settings),
+        settings_(settings_of_pilots(settings)),
         film_(film),
         region_(film.region()),
         footprint_m_(footprint_m),
@@ -88,10 +87,6 @@ class Pilot {
                      k_piece),
         camera_walks_(light_walks_ / 2),
         seed_(hash_u32(settings.seed ^ 0x5bd1e995u)) {
-    settings_.observer = nullptr;
-    settings_.passes = nullptr;
-    settings_.others = {};
-    settings_.clamp_direct = settings_.clamp_indirect = 0.0f;
     settings_.bounces.total = std::clamp(settings.bounces.total, 0, k_most_bounces);
     // What merging brings stands for all that light walks bring.
     pass_.set = set.weighted() ? set : k_techniques_ppm;
@@ -128,25 +123,17 @@ class Pilot {
   /// itself.
   EmissionAim first_aim() const {
     std::vector<Vec3> seen = points_seen(scene_);
-    const auto distance = [&](const Vec3& p) { return length(p - scene_.camera().origin()); };
-    if (seen.empty()) return {};
-    std::sort(seen.begin(), seen.end(), [&](const Vec3& l, const Vec3& r) { return distance(l) < distance(r); });
-    const float far = k_far_larger * distance(seen[seen.size() / 2]);
-    if (!(lights_.scene_radius() > far)) return {};
-    std::erase_if(seen, [&](const Vec3& p) { return distance(p) > far; });
+    const float far = k_far_larger * typical_distance(scene_, seen);
+    if (seen.empty() || !(lights_.scene_radius() > far)) return {};
+    std::erase_if(seen, [&](const Vec3& p) { return length(p - scene_.camera().origin()) > far; });
     std::vector<EmissionArrival> arrivals;
     for (size_t i = 0; i < seen.size(); ++i) {
       const Sampler sampler(seed_, 1, 0, static_cast<uint32_t>(i));
       const EmissionSample start =
           lights_.sample_emission(sampler.get_2d(k_dimension_emitter), sampler.get_2d(k_dimension_emitter_direction));
-      if (start && is_infinite(start.light)) arrivals.push_back({start.light, true, seen[i], 1.0f});
+      if (start && lights_.is_infinite(start.light)) arrivals.push_back({start.light, true, seen[i], 1.0f});
     }
     return EmissionAim(arrivals, k_least_target * lights_.scene_radius());
-  }
-
-  bool is_infinite(LightIndex light) const {
-    const LightKind kind = lights_.kind(light);
-    return kind == LightKind::sun || kind == LightKind::environment;
   }
 
   /// Returns the light walks with what each was worth.
@@ -194,7 +181,7 @@ class Pilot {
       start.n_light = walk.start().n_light_world;
       start.direction = walk.start().direction_world;
       start.distance_m = length(walk[0].surface.p_world - walk.start().p_light_world);
-      start.arrival = {walk.light(), is_infinite(walk.light()), walk[0].surface.p_world, 0.0f};
+      start.arrival = {walk.light(), lights_.is_infinite(walk.light()), walk[0].surface.p_world, 0.0f};
       piece.starts.push_back(start);
     }
     add_counts(kernel);
@@ -210,10 +197,8 @@ class Pilot {
     for (int i = number * k_piece; i < (number + 1) * k_piece && !cancel_.cancelled(); ++i) {
       const auto [x, y] = spread_pixel(region_, i);
       const Sampler sampler(seed_, x, y, static_cast<uint32_t>(round + 1));
-      const Vec2 raster(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
-      const Vec2 lens = scene_.profile().depth_of_field ? sampler.get_2d(k_dimension_lens) : Vec2(0.0f);
       merged.clear();
-      const PathEstimate estimate = kernel.camera_sample(sampler, scene_.camera().sample_ray(raster, lens), x, y);
+      const PathEstimate estimate = see_pixel(kernel, scene_, sampler, x, y);
       const float seen = luminance(abs(estimate.radiance));
       for (const auto& [record, brought] : merged) {
         if (!(brought > 0.0f) || !(seen > 0.0f)) continue;
@@ -264,13 +249,22 @@ std::vector<Vec3> points_seen(const Scene& scene) {
   return points;
 }
 
+float typical_distance(const Scene& scene, std::span<const Vec3> points) {
+  std::vector<float> distances;
+  for (const Vec3& p : points) distances.push_back(length(p - scene.camera().origin()));
+  if (distances.empty()) return 0.0f;
+  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+  std::nth_element(distances.begin(), middle, distances.end());
+  return *middle;
+}
+
 template <KernelProfile profile>
 EmissionAim learn_aim(const Scene& scene, const IntegratorSettings& settings, const TechniqueSet& set, Film& film,
                       float footprint_m, const CancelFlag& cancel, RayCounts& counts) {
   const Rectangle& region = film.region();
   if (!(footprint_m > 0.0f) || region.width <= 0 || region.height <= 0 || !(scene.lights().flux() > 0.0)) return {};
-  const auto work = [&] { return Pilot<profile>(scene, settings, set, film, footprint_m, cancel, counts).learn(); };
-  return settings.threads > 0 ? tbb::task_arena(settings.threads).execute(work) : work();
+  return with_threads(settings.threads,
+                      [&] { return Pilot<profile>(scene, settings, set, film, footprint_m, cancel, counts).learn(); });
 }
 
 template EmissionAim learn_aim<KernelProfile::solid>(const Scene&, const IntegratorSettings&, const TechniqueSet&,

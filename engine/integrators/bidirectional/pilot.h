@@ -9,6 +9,8 @@ namespace lambent::bidirectional {
 
 /// What some rays, evenly over the picture, meet first. Those that meet nothing are left out.
 std::vector<Vec3> points_seen(const Scene& scene);
+/// Distance from the camera to these, m, in the median; 0 if there are none.
+float typical_distance(const Scene& scene, std::span<const Vec3> points_world);
 
 /// Traces some light walks and some camera walks, merges them, and aims emission at where those light walks first
 /// arrived that bring a part of what pixels see which the camera's own techniques do not bring. Repeated, aimed by what

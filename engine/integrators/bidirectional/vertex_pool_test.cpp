@@ -47,7 +47,7 @@ TEST(PlaceTree, of_places_that_do_not_differ_or_of_none_is_one_leaf) {
   EXPECT_EQ(PlaceTree({}, 0.0f, 8).leaf_at(Vec3(k_infinity), Vec3(0.0f)), 0);
 }
 
-TEST(PlaceTree, that_most_places_share_a_coordinate_of_puts_every_place_somewhere) {
+TEST(PlaceTree, where_most_places_share_a_coordinate_has_a_leaf_for_each) {
   std::vector<PlaceTree::Place> places(100);
   for (size_t i = 90; i < 100; ++i) places[i].p_world.x = static_cast<float>(i);
   const PlaceTree tree(places, 50.0f, 16);

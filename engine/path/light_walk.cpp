@@ -55,6 +55,7 @@ LightWalk::LightWalk(const Scene& scene, const LightWalkSettings& settings) : sc
   pdfs_.own.resize(room);
   pdfs_.other.resize(room);
   pdfs_.connectible.resize(room);
+  pdfs_.place.resize(room);
   vertices_.reserve(std::min<size_t>(room, 16));
 }
 

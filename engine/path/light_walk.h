@@ -36,6 +36,7 @@ struct LightVertex {
 struct LightWalkPdfs {
   std::vector<float> own, other;     ///< l and c of path_pdfs.h; other[d] is final once the walk scattered at d + 1
   std::vector<uint8_t> connectible;  ///< of the event at that depth
+  std::vector<uint16_t> place;       ///< LightVertex::place of the vertex that scattered there
   float next_event = 0.0f, conditional = 0.0f;  ///< LightVertex's where the walk scattered at depth 1
 };
 
@@ -71,6 +72,9 @@ class LightWalk {
   LightVertex& operator[](int i) { return vertices_[static_cast<size_t>(i)]; }
   const LightVertex& operator[](int i) const { return vertices_[static_cast<size_t>(i)]; }
   const LightWalkPdfs& pdfs() const { return pdfs_; }
+  void set_place(int i, uint16_t place) {
+    pdfs_.place[static_cast<size_t>((*this)[i].depth)] = (*this)[i].place = place;
+  }
 
   /// Where it began; of walks that have vertices.
   const EmissionSample& start() const { return start_; }

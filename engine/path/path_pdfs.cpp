@@ -39,10 +39,7 @@ float sum_of_ratios(const PathPdfs& pdfs, const TechniqueSet& set, const Techniq
     }
   };
 
-  const float first_connections = pdfs.first_connections;
-  int first = 1;  // the first connectible vertex
-  if (first_connections != 1.0f)
-    while (first < n && !(flags[first] & k_connectible)) ++first;
+  const float* connections = pdfs.connections.data();
 
   // q: C_i·L_(i+1) over the density at hand, for the present i.
   int i = vertex;
@@ -58,7 +55,7 @@ float sum_of_ratios(const PathPdfs& pdfs, const TechniqueSet& set, const Techniq
       q = 1.0f / pdfs.next_event;
       break;
     case Technique::connection:
-      if (vertex == first) q = 1.0f / first_connections;
+      q = 1.0f / connections[vertex];
       break;
     case Technique::light_tracing:
       i = 0;
@@ -83,7 +80,7 @@ float sum_of_ratios(const PathPdfs& pdfs, const TechniqueSet& set, const Techniq
         sum += power(q_m * counts.light_paths);
     } else if (set.connections && n - m <= counts.max_light_vertices && (flags[m] & k_connectible) &&
                (flags[m + 1] & k_connectible)) {
-      sum += power(m == first ? q_m * first_connections : q_m);
+      sum += power(q_m * connections[m]);
     }
   };
 

@@ -45,6 +45,7 @@ class PathPdfs {
     flags.resize(size);
     camera_acceptance.resize(size);
     correlation.resize(size);
+    connections.resize(size, 1.0f);
   }
 
   std::vector<float> camera, light;  ///< c_i and l_i by i; element 0 is unused
@@ -52,9 +53,9 @@ class PathPdfs {
   float next_event = 0.0f;           ///< 0: the light cannot be chosen from x_n
   float scatter = 0.0f;              ///< 0: the light cannot be met from x_n
   float light_conditional = 0.0f;    ///< area density of x_n given the point on the light: for correlation alone
-  /// Connections of the first connectible vertex to the one after it, over those that a light walk of the sample's own
-  /// would make: x_m that connect to chosen vertices. Any function of the path.
-  float first_connections = 1.0f;
+  /// Connections of x_m to what is x_(m+1), over those that a light walk of the sample's own would make, by m: where
+  /// vertices are chosen. Any function of the path.
+  std::vector<float> connections;
   int n = 0;
 
   // Scratch of path_weight.

@@ -20,12 +20,6 @@ struct Oracle {
   const MergeReach& reach;
 
   bool flag(int i, uint8_t which) const { return (pdfs.flags[static_cast<size_t>(i)] & which) == which; }
-  int first_connectible() const {
-    int i = 1;
-    while (i <= pdfs.n && !flag(i, k_connectible)) ++i;
-    return i;
-  }
-  double first_connections() const { return static_cast<double>(pdfs.first_connections); }
   /// C_i
   double camera(int i) const {
     double product = 1.0;
@@ -68,7 +62,8 @@ struct Oracle {
       case Technique::connection:
         return set.connections && flag(vertex, k_connectible) && flag(vertex + 1, k_connectible | k_light_scatters) &&
                        n - vertex <= counts.max_light_vertices
-                   ? camera(vertex) * light(vertex + 1) * (vertex == first_connectible() ? first_connections() : 1.0)
+                   ? camera(vertex) * light(vertex + 1) *
+                         static_cast<double>(pdfs.connections[static_cast<size_t>(vertex)])
                    : 0.0;
       case Technique::merging: {
         const int along_light = n - vertex + 1;
@@ -104,7 +99,8 @@ PathPdfs random_path(RandomStream& random) {
   pdfs.scatter = random.next_1d() < 0.2f ? 0.0f : density();
   if (random.next_1d() < 0.1f) pdfs.light[static_cast<size_t>(n)] = 0.0f;  // a lamp where no walk starts
   pdfs.light_conditional = density();
-  if (random.next_1d() < 0.5f) pdfs.first_connections = density();
+  const bool chosen = random.next_1d() < 0.5f;
+  for (size_t m = 1; chosen && m < static_cast<size_t>(n); ++m) pdfs.connections[m] = density();
   return pdfs;
 }
 

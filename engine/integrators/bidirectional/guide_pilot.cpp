@@ -23,7 +23,7 @@ constexpr double k_prior_tries = 8.0;
 constexpr int k_light_walks = 512, k_piece = 128;
 /// Camera walks that teach: half as many as pixels within these; half of that to judge what was learned.
 constexpr int k_least_camera = 512, k_most_camera = 4096;
-constexpr int k_lessons = 16, k_trials = 8;  ///< connections of each
+constexpr ConnectionPicks k_lessons{16, 4}, k_trials{8, 2};  ///< connections of each
 /// The picture's parts, by as many, over which the light that is seen is averaged: one sample alone would say little.
 constexpr int k_blocks = 16;
 /// What one connection is taken to bring at most, over what its part of the picture sees: rarer ones teach chance.
@@ -133,7 +133,8 @@ class GuidePilot {
     const float radius = scene_.lights().scene_radius();
     std::vector<PlaceTree::Place> places;
     for (const View& view : views)
-      if (!view.log.brought.empty()) places.push_back({view.log.p_world, view.log.ng_world});
+      for (const ConnectionLog::From& from : view.log.from)
+        if (from.first) places.push_back({from.p_world, from.ng_world});
     if (places.empty()) return {};
     PlaceTree camera(std::move(places), radius, k_regions);
     places.clear();
@@ -141,7 +142,9 @@ class GuidePilot {
       places.push_back({(*vertex).surface.p_world, (*vertex).surface.ng_world});
     PlaceTree light(std::move(places), radius, k_light_leaves);
 
-    const size_t leaves = static_cast<size_t>(light.leaves()), regions = static_cast<size_t>(camera.leaves());
+    const size_t leaves = static_cast<size_t>(light.leaves()), first_regions = static_cast<size_t>(camera.leaves());
+    const size_t regions =
+        first_regions + static_cast<size_t>(ConnectionGuide::later_regions(static_cast<int>(leaves)));
     std::vector<size_t> leaf_of;
     std::vector<double> flux_of, flux(leaves), vertices(leaves);
     for (const VertexPool::Vertex& vertex : pool_.vertices()) {
@@ -154,24 +157,31 @@ class GuidePilot {
     struct Tries {
       double count = 0.0, squares = 0.0;
     };
-    std::vector<Tries> tries(regions * leaves), of_all(leaves);
+    std::vector<Tries> tries(regions * leaves), of_first(leaves), of_later(leaves);
     const auto light_seen = light_of(views);
     for (const View& view : views) {
       const double seen = light_seen[static_cast<size_t>(view.block)];
-      if (!(seen > 0.0) || view.log.brought.empty()) continue;
-      const size_t region = static_cast<size_t>(camera.leaf_at(view.log.p_world, view.log.ng_world));
-      for (const auto& [number, brought] : view.log.brought) {
-        if (!(flux_of[number] > 0.0)) continue;
-        const double share = std::min(static_cast<double>(brought) * k_lessons / seen, k_most_share);
-        for (Tries* at : {&tries[region * leaves + leaf_of[number]], &of_all[leaf_of[number]]}) {
-          at->count += 1.0;
-          at->squares += sqr(share / flux_of[number]);
+      if (!(seen > 0.0)) continue;
+      for (const ConnectionLog::From& from : view.log.from) {
+        const size_t region =
+            static_cast<size_t>(from.first ? camera.leaf_at(from.p_world, from.ng_world)
+                                           : camera.leaves() + light.leaf_at(from.p_world, from.ng_world) /
+                                                                   ConnectionGuide::k_leaves_of_later);
+        std::vector<Tries>& of_all = from.first ? of_first : of_later;
+        const double picks = from.first ? k_lessons.first : k_lessons.later;
+        for (const auto& [number, brought] : from.brought) {
+          if (!(flux_of[number] > 0.0)) continue;
+          const double share = std::min(static_cast<double>(brought) * picks / seen, k_most_share);
+          for (Tries* at : {&tries[region * leaves + leaf_of[number]], &of_all[leaf_of[number]]}) {
+            at->count += 1.0;
+            at->squares += sqr(share / flux_of[number]);
+          }
         }
       }
     }
     std::vector<double> worth(regions * leaves);
     for (size_t i = 0; i < worth.size(); ++i) {
-      const Tries& all = of_all[i % leaves];
+      const Tries& all = (i < first_regions * leaves ? of_first : of_later)[i % leaves];
       const double prior = all.count > 0.0 ? all.squares / all.count : 0.0;
       worth[i] = std::sqrt((tries[i].squares + k_prior_tries * prior) / (tries[i].count + k_prior_tries));
     }
@@ -179,7 +189,7 @@ class GuidePilot {
   }
 
   /// As many as lower the noise most for their time: the noise of choosing a vertex against that of all else.
-  int picks_worth_their_time(const ConnectionGuide& guide) {
+  ConnectionPicks picks_worth_their_time(const ConnectionGuide& guide) {
     std::vector<PoolCandidate> candidates;
     double worth = 0.0;
     for (size_t i = 0; i < walks_.size(); ++i) {
@@ -190,30 +200,45 @@ class GuidePilot {
     std::vector<VertexPool::Vertex> vertices;
     for (const ChosenWalk& chosen : choose_walks(candidates, pool_.vertices().size(), 0.5f))
       take_vertices(guide, *walks_[static_cast<size_t>(chosen.x)], chosen, worth / k_light_walks, vertices);
-    if (vertices.empty()) return 1;
+    if (vertices.empty()) return {};
     pool_.set(std::move(vertices), k_trials, guide);
     pass_.guide = &guide;
     const std::vector<View> views = look(camera_walks_ / 2, 1);
     const auto light_seen = light_of(views);
-    double of_pick = 0.0, of_rest = 0.0, rest_before = 0.0;
+    // Variances of a single pick, by what it is a pick of, and of all else.
+    double of_first = 0.0, of_later = 0.0, of_rest = 0.0, rest_before = 0.0;
+    double later_vertices = 0.0;
     for (size_t i = 0; i < views.size(); ++i) {
       const View& view = views[i];
       const double seen = light_seen[static_cast<size_t>(view.block)];
-      double sum = 0.0, squares = 0.0;
-      for (const auto& [number, brought] : view.log.brought) {
-        const double share = seen > 0.0 ? std::min(static_cast<double>(brought) * k_trials / seen, k_most_share) : 0.0;
-        sum += share;
-        squares += sqr(share);
+      double rest = seen > 0.0 ? view.seen / seen : 0.0;
+      for (const ConnectionLog::From& from : view.log.from) {
+        const double picks = from.first ? k_trials.first : k_trials.later;
+        double sum = 0.0, squares = 0.0;
+        for (const auto& [number, brought] : from.brought) {
+          const double share = seen > 0.0 ? std::min(static_cast<double>(brought) * picks / seen, k_most_share) : 0.0;
+          sum += share;
+          squares += sqr(share);
+        }
+        (from.first ? of_first : of_later) += (squares - sqr(sum) / picks) / (picks - 1.0);
+        later_vertices += from.first ? 0.0 : 1.0;
+        rest -= sum / picks;
       }
-      of_pick += (squares - sqr(sum) / k_trials) / (k_trials - 1);
-      const double rest = seen > 0.0 ? std::min(std::fabs(view.seen / seen - sum / k_trials), k_most_share) : 0.0;
+      rest = std::min(std::fabs(rest), k_most_share);
       if (i % 2 == 1) of_rest += sqr(rest - rest_before);
       rest_before = rest;
     }
-    if (!(of_pick > 0.0)) return 1;
-    const double rays = static_cast<double>(rays_) / static_cast<double>(views.size()) - 0.5 * k_trials;
-    const double best = std::sqrt(of_pick / std::max(of_rest, 1e-6 * of_pick) * std::max(rays, 1.0) / k_rays_of_pick);
-    return static_cast<int>(std::lround(std::clamp(best, 1.0, k_most_picks)));
+    later_vertices /= static_cast<double>(views.size());
+    const double rays = static_cast<double>(rays_) / static_cast<double>(views.size()) -
+                        0.5 * (k_trials.first + k_trials.later * later_vertices);
+    // (rest + first / p + later / q) (rays + p's rays + q's rays) is least there.
+    const auto best = [&](double of_pick, double vertices) {
+      if (!(of_pick > 0.0)) return 1;
+      const double picks =
+          std::sqrt(of_pick / std::max(of_rest, 1e-6 * of_pick) * std::max(rays, 1.0) / (k_rays_of_pick * vertices));
+      return static_cast<int>(std::lround(std::clamp(picks, 1.0, k_most_picks)));
+    };
+    return {best(of_first, 1.0), best(of_later, later_vertices)};
   }
 
   const Scene& scene_;

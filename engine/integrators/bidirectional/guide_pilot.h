@@ -8,7 +8,7 @@ namespace lambent::bidirectional {
 
 struct LearnedGuide {
   ConnectionGuide guide;
-  int picks = 0;  ///< connections of a camera walk that are worth their time
+  ConnectionPicks picks;  ///< that are worth their time
 };
 
 /// Connects what some camera rays meet first to vertices of some light walks, evenly chosen, and learns from what that

@@ -144,7 +144,12 @@ void Kernel<profile>::append_light(PathPdfs& pdfs, int index, const LightWalk& w
   pdfs.light[index] = vertex.own_area;
   constexpr uint8_t k_light = k_light_arrives | k_light_scatters;
   pdfs.flags[index] = k_connectible | k_light;
+  int place = vertex.place;
   for (int d = depth - 1, i = index + 1; d >= 1; --d, ++i) {
+    if (pass_.guided()) {
+      pdfs.connections[i - 1] = later_connections(place, walked.place[d]);
+      place = walked.place[d];
+    }
     pdfs.light[i] = walked.own[d];
     pdfs.camera[i] = walked.other[d];
     pdfs.flags[i] = static_cast<uint8_t>((walked.connectible[d] ? k_connectible : 0) | k_light);
@@ -263,29 +268,27 @@ void Kernel<profile>::add_shadow_linked(const Ray& ray) {
 // --- Techniques at a vertex of the camera walk ---------------------------------------------------------------------
 
 template <KernelProfile profile>
-float Kernel<profile>::first_connections(int region, int light_leaf) const {
-  return static_cast<float>(pass_.pool->picks()) * pass_.guide->chosen(region, light_leaf);
-}
-
-template <KernelProfile profile>
-void Kernel<profile>::place(const Here& here) {
-  if (!pass_.guided()) return;
-  if (only_delta_) {
-    first_ = here.i;
-    region_ = pass_.guide->region_at(here.hit);
-    pdfs_.first_connections = 1.0f;
-  } else if (here.i == first_ + 1) {
-    pdfs_.first_connections = first_connections(region_, pass_.guide->light_leaf_at(here.hit));
+void Kernel<profile>::note_place(const Here& here) {
+  if (!pass_.guided()) {
+    if (only_delta_) first_ = here.i;
+    return;
   }
+  if (here.i > 1)
+    pdfs_.connections[here.i - 1] = only_delta_            ? 1.0f  // that vertex does not connect
+                                    : here.i - 1 == first_ ? connections(true, region_, here.place)
+                                                           : later_connections(last_.place, here.place);
+  if (!only_delta_) return;
+  first_ = here.i;
+  region_ = pass_.guide->region_at(here.hit);
 }
 
 template <KernelProfile profile>
 void Kernel<profile>::join(const Here& here, const Sampler& sampler, uint32_t event_index) {
-  place(here);
+  note_place(here);
   if (!here.bsdf.has_non_delta()) return;
   if (pass_.set.next_event && !scene_.lights().empty(even_world(pass_.set))) next_event(here);
   if (pass_.set.connections) {
-    if (only_delta_ && pass_.pool)
+    if (pass_.pool)
       connect_to_pool(here, sampler, event_index);
     else
       connect(here, walk_, 1.0f);
@@ -395,19 +398,18 @@ void Kernel<profile>::connect(const Here& here, const LightWalk& walk, float sca
 template <KernelProfile profile>
 void Kernel<profile>::connect_to_pool(const Here& here, const Sampler& sampler, uint32_t event_index) {
   const VertexPool& pool = *pass_.pool;
-  if (connected_) {
-    connected_->p_world = here.hit.p_world;
-    connected_->ng_world = here.hit.ng_world;
-    connected_->brought.clear();
-  }
+  const bool first = here.i == first_;
+  const int picks = pool.picks(first);
+  const int region = pass_.guide && !first ? pass_.guide->later_region(here.place) : region_;
+  if (connected_) connected_->from.push_back({here.hit.p_world, here.hit.ng_world, first, {}});
   float u = sampler.get_1d(bounce_dimension(event_index, k_dimension_connection));
   float u_roulette = here.numbers.shadow_roulette;
-  for (int k = 0; k < pool.picks(); ++k) {
-    const VertexPool::Pick pick = pool.pick(region_, u);
+  for (int k = 0; k < picks; ++k) {
+    const VertexPool::Pick pick = pool.pick(region, u, picks);
     const VertexPool::Vertex& picked = pool[pick.number];
-    if (pass_.guide) pdfs_.first_connections = first_connections(region_, (*picked).place);
     const Color added = connect(here, *picked.walk, *picked, pick.scale, u_roulette);
-    if (connected_) connected_->brought.emplace_back(static_cast<uint32_t>(pick.number), luminance(abs(added)));
+    if (connected_)
+      connected_->from.back().brought.emplace_back(static_cast<uint32_t>(pick.number), luminance(abs(added)));
     u += k_golden;
     u -= std::floor(u);
     u_roulette += k_golden;
@@ -450,6 +452,7 @@ Color Kernel<profile>::connect(const Here& here, const LightWalk& walk, const Li
     set_scatter(here, scattered);
     pdfs_.light[here.i] = at_light.to_camera * std::fabs(dot(here.point.ng_world, direction)) * per_area;
     append_light(pdfs_, here.i + 1, walk, vertex, at_light);
+    if (pass_.guided()) pdfs_.connections[here.i] = connections_from(here, vertex.place);
     pdfs_.camera[here.i + 1] = scattered.pdf_solid_angle * std::fabs(dot(vertex.ng_world, direction)) * per_area;
     weight = weigh(pdfs_, Technique::connection, here.i, reach_);
   }
@@ -541,12 +544,17 @@ void Kernel<profile>::merge(const Here& here, const Sampler& sampler, uint32_t e
       set_scatter(here, scattered);
       pdfs_.light[here.i] = record->own;
       const float previous = record->previous_per_solid_angle;
+      int place_before = 0;
       for (int d = depth - 1, i = here.i + 1; d >= 0; --d, ++i) {
         do --record;
         while (record->depth != d);
         if (d == 0) break;
-        if (pass_.guided() && d == depth - 1 && here.i == first_)
-          pdfs_.first_connections = first_connections(region_, record->flags >> k_record_place_shift);
+        if (pass_.guided()) {
+          const int there = record->flags >> k_record_place_shift;
+          pdfs_.connections[i - 1] =
+              d == depth - 1 ? connections_from(here, there) : later_connections(place_before, there);
+          place_before = there;
+        }
         pdfs_.light[i] = record->own;
         pdfs_.camera[i] = d == depth - 1 ? scattered.pdf_solid_angle * previous : record->other;
         pdfs_.flags[i] = static_cast<uint8_t>((record->flags & k_record_connectible ? k_connectible : 0) |
@@ -599,7 +607,6 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
   only_transparent_ = only_delta_ = true;
   pdfs_.n = 0;
   first_ = region_ = 0;
-  pdfs_.first_connections = 1.0f;
   last_.p_world = camera_ray.origin;
   Ray ray{camera_ray.origin, camera_ray.t_min, camera_ray.direction, camera_ray.t_max, k_visible_camera};
   RayCone cone{camera_ray.width_m, camera_ray.spread};
@@ -681,10 +688,11 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
         pdfs_.camera[i] = last_.pdf_solid_angle * cosine * per_area;
       }
       pdfs_.flags[i] = k_connectible | light_flags;
-      const Here here{point,  hit,
-                      bsdf,   light_receiver_normal(bsdf, point.ng_world),
-                      i,      m_ > 0 && !depended_ ? std::fabs(dot(last_.ng_world, ray.direction)) * per_area : 0.0f,
-                      numbers};
+      const Here here{
+          point,      hit,
+          bsdf,       light_receiver_normal(bsdf, point.ng_world),
+          i,          m_ > 0 && !depended_ ? std::fabs(dot(last_.ng_world, ray.direction)) * per_area : 0.0f,
+          place(hit), numbers};
       join(here, sampler, event_index);
       scattered = sample(bsdf, point.wi_world, numbers);
       if (passes_ && only_transparent_) passes_->sampled(hit, point, bsdf, scattered, parts_.picked);
@@ -692,6 +700,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
       if (scattered.event == k_scatter_none) break;
       Vec3 receiver_normal = here.receiver_normal;
       float previous_per_solid_angle = here.previous_per_solid_angle;
+      int here_place = here.place;
       if (scattered.event & k_scatter_subsurface) {
         // On from where the walk under the surface comes out: vertex x_i in place of this one (subsurface_walk.h).
         const Lobe entered = bsdf.lobes()[static_cast<size_t>(scattered.lobe)];
@@ -709,7 +718,8 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
         receiver_normal = point.ng_world;
         previous_per_solid_angle = 0.0f;
         if (passes_) passes_->pass_under();
-        const Here there{point, hit, bsdf, receiver_normal, i, previous_per_solid_angle, exit_numbers};
+        here_place = place(hit);
+        const Here there{point, hit, bsdf, receiver_normal, i, previous_per_solid_angle, here_place, exit_numbers};
         join(there, sampler, event_index);
         scattered = sample(bsdf, point.wi_world, exit_numbers);
         u_roulette = exit_numbers.roulette;
@@ -722,7 +732,8 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
         pdfs_.flags[i] = 0;
         events_.append(k_scatter_glossy | k_scatter_transmission | k_scatter_delta);
         m_ = i;
-        last_ = {exit, scattered.wo_world, scattered.wo_world, scattered.pdf_solid_angle, false, hit.instance};
+        last_ = {exit,  scattered.wo_world, scattered.wo_world, scattered.pdf_solid_angle,
+                 false, hit.instance,       here_place};
       } else if (!(scattered.event & k_scatter_transparent)) {
         const bool delta = scattered.event & k_scatter_delta;
         if (!pass_.set.camera_scatters && !delta) break;
@@ -739,7 +750,8 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
         if (passes_ && !only_transparent_) passes_->scattered(hit.instance, bsdf, point.wi_world, scattered, &parts_);
         m_ = i;
         only_delta_ = only_delta_ && delta;
-        last_ = {hit.p_world, point.ng_world, receiver_normal, scattered.pdf_solid_angle, !delta, hit.instance};
+        last_ = {hit.p_world, point.ng_world, receiver_normal, scattered.pdf_solid_angle,
+                 !delta,      hit.instance,   here_place};
       }
     }
     throughput_ *= scattered.weight;

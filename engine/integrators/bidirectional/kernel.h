@@ -18,8 +18,12 @@ namespace lambent::bidirectional {
 
 /// What connections to the pool bring, for who learns.
 struct ConnectionLog {
-  Vec3 p_world{0.0f}, ng_world{0.0f};               ///< from where
-  std::vector<std::pair<uint32_t, float>> brought;  ///< number in the pool, luminance
+  struct From {
+    Vec3 p_world{0.0f}, ng_world{0.0f};
+    bool first = true;                                ///< to connect on its walk
+    std::vector<std::pair<uint32_t, float>> brought;  ///< number in the pool, luminance
+  };
+  std::vector<From> from;
 };
 
 /// What all walks of a pass share. Immutable while it runs.
@@ -29,10 +33,10 @@ struct Pass {
   const EmissionAim* aim = nullptr;                 ///< of light walks; null: none
   const PhotonMap* photons = nullptr;               ///< merging
   std::span<const LightWalk* const> shared_lights;  ///< VPL: walks that every pixel connects to
-  const VertexPool* pool = nullptr;        ///< what the first connectible vertex connects to; null: to the own walk
-  const ConnectionGuide* guide = nullptr;  ///< of the pool; null: all of it is as likely
-  float radius_scale = 0.0f;               ///< merge radius over the pixel's footprint at x_1
-  float radius_limit_m = 0.0f;             ///< largest merge radius
+  const VertexPool* pool = nullptr;                 ///< what camera walks connect to; null: to the own walk
+  const ConnectionGuide* guide = nullptr;           ///< of the pool; null: all of it is as likely
+  float radius_scale = 0.0f;                        ///< merge radius over the pixel's footprint at x_1
+  float radius_limit_m = 0.0f;                      ///< largest merge radius
   bool correlation_aware = true;
   float clamp_connection = 0.0f;  ///< VPL: largest sum of R, G, B of one connection; 0: none
 
@@ -85,6 +89,7 @@ class Kernel {
     float pdf_solid_angle = 0.0f;  ///< of the direction it scattered to; discrete after delta events
     bool connectible = false;
     uint32_t instance = k_no_index;
+    int place = 0;  ///< the guide's leaf of light there
   };
   /// A vertex that techniques work at.
   struct Here {
@@ -94,6 +99,7 @@ class Kernel {
     Vec3 receiver_normal;
     int i;                           ///< its number, x_i
     float previous_per_solid_angle;  ///< cos / d² at x_(i-1)
+    int place;                       ///< the guide's leaf of light there
     const EventNumbers& numbers;
   };
 
@@ -108,10 +114,26 @@ class Kernel {
   bool meets(LinkSets linked) const {
     return meets_linked(scene_, linked, (bounces_.ray_kind & k_ray_camera) != 0, last_.instance);
   }
-  /// Looks up for weights what the vertex is to the guide.
-  void place(const Here& here);
-  /// PathPdfs::first_connections of a path whose vertex after the first connectible one lies there.
-  float first_connections(int region, int light_leaf) const;
+  int place(const SurfaceHit& hit) const { return pass_.guided() ? pass_.guide->light_leaf_at(hit) : 0; }
+  /// Where the pool has just become empty, connections go to the own walk again.
+  void forget_connections() {
+    if (connections_known_ && !pass_.guided())
+      for (PathPdfs* pdfs : {&pdfs_, &lens_pdfs_}) std::fill(pdfs->connections.begin(), pdfs->connections.end(), 1.0f);
+    connections_known_ = pass_.guided();
+  }
+  /// Sets PathPdfs::connections of the vertex before, and notes the region if this is the first to connect so far.
+  void note_place(const Here& here);
+  /// PathPdfs::connections of x_m to a vertex, by where both lie.
+  float connections(bool first, int region, int light_leaf) const {
+    return static_cast<float>(pass_.pool->picks(first)) * pass_.guide->chosen(region, light_leaf);
+  }
+  float later_connections(int place_of_m, int light_leaf) const {
+    return connections(false, pass_.guide->later_region(place_of_m), light_leaf);
+  }
+  /// ... with x_m the camera walk's newest vertex.
+  float connections_from(const Here& here, int light_leaf) const {
+    return here.i == first_ ? connections(true, region_, light_leaf) : later_connections(here.place, light_leaf);
+  }
   /// Joins the vertex to lights, light walks and photons, as far as the techniques do.
   void join(const Here& here, const Sampler& sampler, uint32_t event_index);
   /// Of the camera walk's surface; with passes parts_ too.
@@ -194,6 +216,7 @@ class Kernel {
   float distance_before_ = 0.0f;  ///< from x_m to the present ray's origin, through transparent surfaces
   bool depended_ = false;         ///< one of these depends on the camera's path: no light walk passes it
   bool only_transparent_ = true, only_delta_ = true;
+  bool connections_known_ = false;  ///< pdfs_.connections and lens_pdfs_'s may differ from 1
 };
 
 extern template class Kernel<KernelProfile::solid>;

@@ -42,9 +42,8 @@ void Kernel<profile>::connect_to_lens(const LightWalk& walk, const LightVertex& 
     lens_pdfs_.reserve(vertex.depth);
     append_light(lens_pdfs_, 1, walk, vertex, at_light);
     if (pass_.guided() && vertex.depth > 1) {
-      const LightVertex* before = &vertex;
-      while (before->depth == vertex.depth) --before;
-      lens_pdfs_.first_connections = first_connections(pass_.guide->region_at(vertex.surface), before->place);
+      const uint16_t before = walk.pdfs().place[static_cast<size_t>(vertex.depth) - 1];
+      lens_pdfs_.connections[1] = connections(true, pass_.guide->region_at(vertex.surface), before);
     }
     lens_pdfs_.camera[1] = lens.importance_px2_per_m2 * std::fabs(dot(vertex.ng_world, lens.direction_world));
     weight = weigh(lens_pdfs_, Technique::light_tracing, 0, reach_at(vertex.surface.p_world));
@@ -137,6 +136,7 @@ void Kernel<profile>::give_splats() {
 
 template <KernelProfile profile>
 void Kernel<profile>::light_sample(const Sampler& sampler, PhotonBatch* batch, bool silent) {
+  forget_connections();
   const uint64_t rays_before = walk_.rays();
   walk_.trace(sampler);
   counts_.rays += walk_.rays() - rays_before;

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "engine/base/check.h"
+
 namespace lambent::bidirectional {
 
 namespace {
@@ -14,7 +16,8 @@ constexpr double k_least_worth = 0.05;
 ConnectionGuide::ConnectionGuide(PlaceTree camera, PlaceTree light, std::vector<double> worth,
                                  const std::vector<double>& flux, const std::vector<double>& vertices, int walks)
     : camera_(std::move(camera)), light_(std::move(light)) {
-  const size_t leaves = static_cast<size_t>(light_.leaves()), regions = static_cast<size_t>(camera_.leaves());
+  const size_t leaves = static_cast<size_t>(light_.leaves()), regions = static_cast<size_t>(this->regions());
+  CHECK(worth.size() == regions * leaves, "there is a worth for each region and leaf");
   double mean = 0.0;
   for (const double w : worth) mean += w / static_cast<double>(worth.size());
   if (!(mean > 0.0) || !std::isfinite(mean)) return;
@@ -39,7 +42,7 @@ ConnectionGuide::ConnectionGuide(PlaceTree camera, PlaceTree light, std::vector<
 }
 
 void ConnectionGuide::place(LightWalk& walk) const {
-  for (int i = 0; i < walk.size(); ++i) walk[i].place = static_cast<uint16_t>(light_leaf_at(walk[i].surface));
+  for (int i = 0; i < walk.size(); ++i) walk.set_place(i, static_cast<uint16_t>(light_leaf_at(walk[i].surface)));
 }
 
 double ConnectionGuide::worth(const LightVertex& vertex) const {
@@ -55,7 +58,7 @@ double ConnectionGuide::worth(const LightWalk& walk) const {
   return sum;
 }
 
-void VertexPool::set(std::vector<Vertex> vertices, int picks, const ConnectionGuide& guide) {
+void VertexPool::set(std::vector<Vertex> vertices, const ConnectionPicks& picks, const ConnectionGuide& guide) {
   set(std::move(vertices), picks);
   below_.reserve(vertices_.size() * static_cast<size_t>(guide.regions()));
   std::vector<double> likely(vertices_.size());

@@ -11,21 +11,30 @@
 
 namespace lambent::bidirectional {
 
-/// What connecting parts of what the camera sees first ("regions") to light vertices is worth, for each watt that
-/// arrives at these, by where both lie and face. Immutable once built; threads share it.
+/// What connecting parts of what camera walks meet ("regions") to light vertices is worth, for each watt that arrives
+/// at these, by where both lie and face. Regions come in two sorts: of what the camera sees first, and of what its
+/// walks meet later, which are some neighbouring leaves of the light's each. Immutable once built; threads share it.
 ///
 /// Weights ask for both by the surfaces' own normals, so that they do not depend on the side from which a walk came.
 class ConnectionGuide {
  public:
   /// There is nothing to choose by.
   ConnectionGuide() = default;
-  /// @param worth [region][light leaf], any scale
+  /// @param worth [region][light leaf], any scale: regions of what is seen first, then of what is met later
   /// @param flux, vertices by light leaf: W and number of vertices of `walks` light walks
   ConnectionGuide(PlaceTree camera, PlaceTree light, std::vector<double> worth, const std::vector<double>& flux,
                   const std::vector<double>& vertices, int walks);
 
+  static constexpr int k_leaves_of_later = 4;
+
   bool empty() const { return worth_.empty(); }
-  int regions() const { return camera_.leaves(); }
+  int regions() const { return first_regions() + later_regions(); }
+  int first_regions() const { return camera_.leaves(); }
+  int later_regions() const { return later_regions(light_.leaves()); }
+  static int later_regions(int light_leaves) { return (light_leaves + k_leaves_of_later - 1) / k_leaves_of_later; }
+  int light_leaves() const { return light_.leaves(); }
+  /// Of a vertex that is not the first to connect.
+  int later_region(int light_leaf) const { return first_regions() + light_leaf / k_leaves_of_later; }
   int region_at(const SurfaceHit& surface) const { return camera_.leaf_at(surface.p_world, surface.ng_world); }
   int light_leaf_at(const SurfaceHit& surface) const { return light_.leaf_at(surface.p_world, surface.ng_world); }
   /// To all of the picture; never 0.
@@ -50,6 +59,11 @@ class ConnectionGuide {
   std::vector<float> all_;             ///< [light leaf]
 };
 
+/// Connections of the first vertex of a camera walk that connects, and of each later one.
+struct ConnectionPicks {
+  int first = 1, later = 1;
+};
+
 /// The vertices, chosen by what they are worth to all of the picture; from these each region chooses by what they are
 /// worth to it. Without bias for any worth that is not 0: what is chosen less often weighs more.
 class VertexPool {
@@ -70,30 +84,31 @@ class VertexPool {
   const Vertex& operator[](size_t number) const { return vertices_[number]; }
   const std::vector<Vertex>& vertices() const { return vertices_; }
   /// @param picks connections of a camera walk that share the light
-  void set(std::vector<Vertex> vertices, int picks) {
+  void set(std::vector<Vertex> vertices, const ConnectionPicks& picks) {
     vertices_ = std::move(vertices);
     picks_ = picks;
     below_.clear();
   }
-  void set(std::vector<Vertex> vertices, int picks, const ConnectionGuide& guide);
-  int picks() const { return picks_; }
+  void set(std::vector<Vertex> vertices, const ConnectionPicks& picks, const ConnectionGuide& guide);
+  int picks(bool first) const { return first ? picks_.first : picks_.later; }
 
-  Pick pick(int region, float u) const {
+  /// One of `picks`.
+  Pick pick(int region, float u, int picks) const {
     const size_t size = vertices_.size();
     if (below_.empty()) {
       const size_t number = std::min(static_cast<size_t>(u * static_cast<float>(size)), size - 1);
-      return {number, vertices_[number].scale / static_cast<float>(picks_)};
+      return {number, vertices_[number].scale / static_cast<float>(picks)};
     }
     const float* below = below_.data() + static_cast<size_t>(region) * size;
     const size_t number = std::min(static_cast<size_t>(std::upper_bound(below, below + size, u) - below), size - 1);
     const float probability = below[number] - (number > 0 ? below[number - 1] : 0.0f);
-    return {number, vertices_[number].scale / (static_cast<float>(picks_) * static_cast<float>(size) * probability)};
+    return {number, vertices_[number].scale / (static_cast<float>(picks) * static_cast<float>(size) * probability)};
   }
 
  private:
   std::vector<Vertex> vertices_;
   std::vector<float> below_;  ///< [region][number]: probability of that one or one before; empty: all are as likely
-  int picks_ = 1;
+  ConnectionPicks picks_;
 };
 
 /// A light walk that the pool may take vertices of.

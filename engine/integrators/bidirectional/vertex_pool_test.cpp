@@ -87,17 +87,20 @@ TEST(ChooseWalks, of_nothing_takes_nothing) {
   EXPECT_TRUE(choose_walks(worthless, 8, 0.5f).empty());
 }
 
-/// A guide of two regions (left and right of x = 0.5 on the camera's side) and two leaves of light likewise.
+/// A guide of two regions of what is seen first (left and right of x = 0.5), two leaves of light likewise, and so of
+/// one region of what is met later.
 ConnectionGuide guide_of_two() {
   const std::vector<PlaceTree::Place> two{{Vec3(0.0f), Vec3(0.0f)}, {Vec3(1.0f, 0.0f, 0.0f), Vec3(0.0f)}};
-  return ConnectionGuide(PlaceTree(two, 1.0f, 2), PlaceTree(two, 1.0f, 2), {9.0, 1.0, 0.0, 4.0}, {10.0, 30.0},
+  return ConnectionGuide(PlaceTree(two, 1.0f, 2), PlaceTree(two, 1.0f, 2), {9.0, 1.0, 0.0, 4.0, 2.0, 3.0}, {10.0, 30.0},
                          {5.0, 10.0}, 4);
 }
 
 TEST(ConnectionGuide, counts_how_often_a_usual_vertex_is_chosen) {
   const ConnectionGuide guide = guide_of_two();
   // Of a walk, that is of (5 vertices of 2 W and 10 of 3 W) / 4, one vertex is chosen.
-  for (int region = 0; region < 2; ++region)
+  ASSERT_EQ(guide.regions(), 3);
+  EXPECT_EQ(guide.later_region(1), 2);
+  for (int region = 0; region < guide.regions(); ++region)
     EXPECT_NEAR(guide.chosen(region, 0) * 5.0f / 4.0f + guide.chosen(region, 1) * 10.0f / 4.0f, 1.0f, 1e-5f);
   EXPECT_NEAR(guide.chosen(0, 0) / guide.chosen(0, 1),
               2.0f * guide.worth_per_watt(0, 0) / (3.0f * guide.worth_per_watt(0, 1)), 1e-5f);
@@ -105,8 +108,8 @@ TEST(ConnectionGuide, counts_how_often_a_usual_vertex_is_chosen) {
 }
 
 TEST(ConnectionGuide, without_worth_is_empty) {
-  EXPECT_TRUE(ConnectionGuide(PlaceTree(), PlaceTree(), {0.0}, {1.0}, {1.0}, 1).empty());
-  EXPECT_TRUE(ConnectionGuide(PlaceTree(), PlaceTree(), {std::nan("")}, {1.0}, {1.0}, 1).empty());
+  EXPECT_TRUE(ConnectionGuide(PlaceTree(), PlaceTree(), {0.0, 0.0}, {1.0}, {1.0}, 1).empty());
+  EXPECT_TRUE(ConnectionGuide(PlaceTree(), PlaceTree(), {1.0, std::nan("")}, {1.0}, {1.0}, 1).empty());
 }
 
 }  // namespace

@@ -688,18 +688,16 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
         pdfs_.camera[i] = last_.pdf_solid_angle * cosine * per_area;
       }
       pdfs_.flags[i] = k_connectible | light_flags;
-      const Here here{
-          point,      hit,
-          bsdf,       light_receiver_normal(bsdf, point.ng_world),
-          i,          m_ > 0 && !depended_ ? std::fabs(dot(last_.ng_world, ray.direction)) * per_area : 0.0f,
-          place(hit), numbers};
+      const float to_previous = m_ > 0 && !depended_ ? std::fabs(dot(last_.ng_world, ray.direction)) * per_area : 0.0f;
+      const Vec3 normal = light_receiver_normal(bsdf, point.ng_world);
+      const Here here{point, hit, bsdf, normal, i, to_previous, place(hit), numbers};
       join(here, sampler, event_index);
       scattered = sample(bsdf, point.wi_world, numbers);
       if (passes_ && only_transparent_) passes_->sampled(hit, point, bsdf, scattered, parts_.picked);
       u_roulette = numbers.roulette;
       if (scattered.event == k_scatter_none) break;
-      Vec3 receiver_normal = here.receiver_normal;
-      float previous_per_solid_angle = here.previous_per_solid_angle;
+      Vec3 receiver_normal = normal;
+      float previous_per_solid_angle = to_previous;
       int here_place = here.place;
       if (scattered.event & k_scatter_subsurface) {
         // On from where the walk under the surface comes out: vertex x_i in place of this one (subsurface_walk.h).

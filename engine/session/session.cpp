@@ -20,6 +20,7 @@
 #include "engine/scene/scene_builder.h"
 #include "engine/session/cryptomatte.h"
 #include "engine/session/render.h"
+#include "engine/session/tile_size.h"
 #include "engine/session/worker_pool.h"
 
 namespace lambent {
@@ -135,7 +136,9 @@ description::SceneDescription without_shadows_of(const description::SceneDescrip
   return result;
 }
 
-FilmSettings film_settings(const description::Settings& settings, const Scene& scene, const PassPlan* passes) {
+/// @param threads that render
+FilmSettings film_settings(const description::Settings& settings, const Scene& scene, const PassPlan* passes,
+                           int threads) {
   FilmSettings result;
   if (passes) result.channels = passes->channels();
   result.samples_asked = settings.samples;
@@ -145,7 +148,8 @@ FilmSettings film_settings(const description::Settings& settings, const Scene& s
     const auto& [x0, y0, x1, y1] = *settings.region;
     result.region = {x0, y0, x1 - x0, y1 - y0};
   }
-  result.tile_size_px = settings.tile_size_px;
+  const Rectangle whole{0, 0, settings.width, settings.height};
+  result.tile_size_px = tile_size_px(settings.region ? result.region : whole, settings.tile_size_px, threads);
   // A sample that sees the film through glass may weigh more than 1, and its alpha less than 0.
   result.allow_negative = scene.subtracts_light() || (settings.film_transparent && settings.film_transparent_glass);
   result.second_moments = settings.noise_threshold > 0.0f;
@@ -336,7 +340,9 @@ RenderOutcome Session::State::render(const std::shared_ptr<Run>& run_pointer) {
   const Result<std::shared_ptr<const Scene>>& scene = *built;
   if (!scene) return fail(scene.error());
 
-  Result<std::shared_ptr<Film>> film = Film::create(film_settings(settings, **scene, passes.get()));
+  const int workers = engine->thread_count();
+  const int threads = settings.threads > 0 ? std::min(settings.threads, workers) : workers;
+  Result<std::shared_ptr<Film>> film = Film::create(film_settings(settings, **scene, passes.get(), threads));
   if (!film) return fail(film.error());
   IntegratorSettings integrator_options = integrator_settings(settings, **scene);
   integrator_options.observer = of.observer;

@@ -1,8 +1,8 @@
 // A film on disk: a header, then one zstd frame (with checksum) of the exact sums. Little-endian.
 //
 //   "LMBTFILM", u32 version, u64 bytes of the header text, header text, zstd frame of
-//   sums f64[P][D] and f32[P][F], ids f32[P][I], their weights f32[P][I], counts u32[P], second moments f64[P] and stopped
-//   u8[P] (if the header has them), light paths u64 and splats (SplatBuffer::integers; if the header has them).
+//   sums f64[P][D] and f32[P][F], ids f32[P][I], their weights f32[P][I], counts u32[P], second moments f64[P] and
+//   stopped u8[P] (if the header has them), light paths u64 and splats (SplatBuffer::integers; if the header has them).
 // The header text holds the identity and the layout; it must be equal to the loading film's, byte by byte.
 // Version 4, which is read too, has all sums f64[P][S], those of rule mean in the order of the channels before those of
 // other rules, and weights f64[P][I].
@@ -83,7 +83,8 @@ void place_doubles(const FilmSettings& settings, const FilmLayout& layout, std::
       const int components = settings.channels[static_cast<size_t>(c)].components;
       double* const exact = doubles.data() + pixel * static_cast<size_t>(layout.doubles) + place.sum;
       float* const rounded = floats.data() + pixel * static_cast<size_t>(layout.floats) + place.sum;
-      for (int k = 0; k < components; ++k, ++from) (place.exact ? exact[k] = *from : rounded[k] = static_cast<float>(*from));
+      for (int k = 0; k < components; ++k, ++from)
+        (place.exact ? exact[k] = *from : rounded[k] = static_cast<float>(*from));
     }
 }
 
@@ -197,10 +198,9 @@ Status Film::load(const std::string& path, const std::string& identity) {
   char beyond;
   const Part light_paths_part{&light_paths, s.splats ? sizeof light_paths : 0};
   const Part none{nullptr, 0};
-  for (const Part& p :
-       {all_doubles ? part(old_sums) : part(doubles), all_doubles ? none : part(floats), part(ids),
-        all_doubles ? part(old_weights) : part(id_weights), part(counts), part(second_moments), part(stopped),
-        light_paths_part, part(splats), Part{&beyond, 1}}) {
+  for (const Part& p : {all_doubles ? part(old_sums) : part(doubles), all_doubles ? none : part(floats), part(ids),
+                        all_doubles ? part(old_weights) : part(id_weights), part(counts), part(second_moments),
+                        part(stopped), light_paths_part, part(splats), Part{&beyond, 1}}) {
     ZSTD_outBuffer out{p.bytes, p.size, 0};
     while (out.pos < out.size && left != 0) {
       const size_t consumed = in.pos, produced = out.pos;

@@ -33,8 +33,7 @@ void add_exactly(const float* values, size_t count, double* sums) {
   std::memcpy(&sum, sums, sizeof sum);
   sum += __builtin_convertvector(value, Doubles4);
   std::memcpy(sums, &sum, sizeof sum);
-  for (size_t i = 4; i < count; ++i) [[unlikely]]
-    sums[i] += values[i];
+  for (size_t i = 4; i < count; ++i) [[unlikely]] sums[i] += values[i];
 }
 
 /// A sum that went beyond the range of floats reads as its end.
@@ -238,7 +237,8 @@ float* Film::read_channels(size_t pixel, const std::vector<bool>& wanted, float*
         break;
       case ChannelRule::error:
         for (int k = 0; k < channel.components; ++k)
-          to[k] = count < 2 ? 0.0f : static_cast<float>(standard_error_of_mean(doubles[k], doubles[place.sum + k], count));
+          to[k] =
+              count < 2 ? 0.0f : static_cast<float>(standard_error_of_mean(doubles[k], doubles[place.sum + k], count));
         break;
     }
     to += channel.components;
@@ -364,12 +364,7 @@ void TileWriter::add(int x, int y, std::span<const float> values) {
 
 std::span<float> TileWriter::next() {
   float* const values = values_.get() + count_ * floats_;
-  using Floats8 = float __attribute__((vector_size(32)));
-  const Floats8 zero{};
-  size_t i = 0;
-  for (; i + 32 <= floats_; i += 32)  // std::memset takes twice as many instructions
-    for (size_t k = 0; k < 32; k += 8) std::memcpy(values + i + k, &zero, sizeof zero);
-  for (; i < floats_; i += 8) std::memcpy(values + i, &zero, std::min(floats_ - i, size_t{8}) * sizeof(float));
+  std::memset(values, 0, floats_ * sizeof(float));
   return {values, floats_};
 }
 
@@ -422,7 +417,8 @@ void TileWriter::add_channels(size_t pixel, int64_t sample, std::span<const floa
   float* floats = s.floats.data() + pixel * static_cast<size_t>(layout.floats);
   const float noise = rounding_noise(sample);
   add_exactly(values.data(), static_cast<size_t>(layout.exact_means), doubles);
-  add_rounded(values.data() + layout.exact_means, static_cast<size_t>(layout.means - layout.exact_means), floats, noise);
+  add_rounded(values.data() + layout.exact_means, static_cast<size_t>(layout.means - layout.exact_means), floats,
+              noise);
   if (sample == 0)
     for (const int number : layout.firsts) {
       const FilmLayout::Place& place = layout.places[static_cast<size_t>(number)];

@@ -96,29 +96,29 @@ inline bool all_finite(std::span<const float> values) {
   return true;
 }
 
-/// Where everything of a channel lies. In a sample the means come first, those whose sums are doubles before the others.
-/// Doubles hold the picture, what catchers make of it and the squares of `error`; all else is held in floats
+/// Where everything of a channel lies. In a sample the means come first, those whose sums are doubles before the
+/// others. Doubles hold the picture, what catchers make of it and the squares of `error`; all else is held in floats
 /// (rounded_sum.h).
 struct FilmLayout {
   struct Place {
     int sample = 0;      ///< first of its floats in a sample
     int sum = 0;         ///< first of its sums in a pixel, among the doubles or the floats
     bool exact = false;  ///< the doubles
-    int id = -1;      ///< ids: first of its slots in a pixel
-    int slots = 0;    ///< ids: number of them; more than levels, so that what comes late and often is not lost
-    int plane = -1;   ///< of the splats; -1: takes none
-    int output = -1;  ///< its number in output_channels(), the first where it makes several; -1: hidden
+    int id = -1;         ///< ids: first of its slots in a pixel
+    int slots = 0;       ///< ids: number of them; more than levels, so that what comes late and often is not lost
+    int plane = -1;      ///< of the splats; -1: takes none
+    int output = -1;     ///< its number in output_channels(), the first where it makes several; -1: hidden
     std::vector<int> dividends;  ///< channels that are divided by it
   };
   struct IdPlace {
     int sample, id, slots;  ///< as in Place
   };
-  std::vector<Place> places;        ///< by channel
-  int means = 0;                    ///< floats that are summed: the first of a sample
-  int exact_means = 0;              ///< the first of those, added to the first of the doubles; the others to the floats
-  std::vector<int> firsts;          ///< channels of that rule
-  std::vector<int> squares;         ///< rule error: first of the sums of the squares of R, G, B
-  std::vector<IdPlace> ids;         ///< of the channels of that rule
+  std::vector<Place> places;  ///< by channel
+  int means = 0;              ///< floats that are summed: the first of a sample
+  int exact_means = 0;        ///< the first of those, added to the first of the doubles; the others to the floats
+  std::vector<int> firsts;    ///< channels of that rule
+  std::vector<int> squares;   ///< rule error: first of the sums of the squares of R, G, B
+  std::vector<IdPlace> ids;   ///< of the channels of that rule
   int sample_floats = 0, id_slots = 0, planes = 0, output_floats = 0;
   int doubles = 0, floats = 0;  ///< sums of a pixel
   bool plain = true;            ///< nothing but exact means: a sample's floats are added to a pixel's doubles

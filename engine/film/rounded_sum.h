@@ -1,11 +1,11 @@
 // Sums of many numbers in single floats that do not drift.
 //
 // A float sum that is rounded to the nearest loses what each number has below its last bit: what is always the same is
-// lost always, and a sum stops growing. Here each addition rounds up or down with the probability that makes the expected
-// sum exact: noise of a part of the last bit is added to the number before the addition rounds (Widrow & Kollar 2008,
-// "Quantization Noise", ch. 19: dither). The noise is a function of the sample's number alone, even like a Weyl sequence, so
-// that equal values have equal sums, whoever adds them. The error of n additions is some sqrt(n) / 5 last bits for values
-// like noise (1e-5 of the sum after 100,000) and a few last bits for equal ones.
+// lost always, and a sum stops growing. Here each addition rounds up or down with the probability that makes the
+// expected sum exact: noise of a part of the last bit is added to the number before the addition rounds (Widrow &
+// Kollar 2008, "Quantization Noise", ch. 19: dither). The noise is a function of the sample's number alone, even like a
+// Weyl sequence, so that equal values have equal sums, whoever adds them. The error of n additions is some sqrt(n) / 5
+// last bits for values like noise (1e-5 of the sum after 100,000) and a few last bits for equal ones.
 #pragma once
 
 #include <bit>
@@ -17,7 +17,7 @@ namespace lambent {
 
 /// The noise of a sample: uniform in (-1/2, 1/2) times the last bit of a float of [1, 2).
 inline float rounding_noise(int64_t sample) {
-  const uint32_t even = static_cast<uint32_t>(sample) * 2654435769u;          // by the golden section
+  const uint32_t even = static_cast<uint32_t>(sample) * 2654435769u;           // by the golden section
   const int32_t centred = static_cast<int32_t>((even >> 8) | 1u) - (1 << 23);  // odd: never a half
   return static_cast<float>(centred) * 0x1p-47f;
 }

@@ -16,9 +16,9 @@ namespace lambent {
 namespace {
 
 constexpr float k_no_depth = 1e10f;
-/// One sample in so many traces a ray for ambient occlusion that serves nothing else, and samples what a surface receives
-/// where the integrator does not: such samples cost half as much as what an integrator that lacks these does itself.
-constexpr uint32_t k_occlusion_step = 4, k_received_step = 4;
+/// One sample in so many traces a ray for ambient occlusion that serves nothing else, and samples what a surface
+/// receives where the integrator does not. The numbers of numbers() make up for the fewer samples.
+constexpr uint32_t k_occlusion_step = 2, k_received_step = 8;
 /// Where a path stands that leaves the first surface to ask what it receives.
 constexpr PathCounts k_counts_behind_first{k_ray_shadow, 1, 0, 0, 0, 0};
 
@@ -47,10 +47,10 @@ bool scatters_by_cosine(const Lobe& lobe, const ShadingPoint& point) {
   }
 }
 
-/// Returns the class that has all of a pair of directions, or none and sets `shares`. @param parts of the evaluation of the
-/// pair, or null
+/// Returns the class that has all of a pair of directions, or none and sets `shares`. @param parts of the evaluation of
+/// the pair, or null
 inline std::optional<LobeClass> class_shares(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world,
-                                      const EvalParts* parts, ClassShares& shares) {
+                                             const EvalParts* parts, ClassShares& shares) {
   const bool known = parts && parts->known;
   if (known && parts->only_event) return parts->only_class;
   shares = known ? parts->class_shares() : bsdf.class_shares(wi_world, wo_world, Transport::radiance);
@@ -104,15 +104,16 @@ float PassRecorder::random() {
   return unit_float(random_state_);
 }
 
-/// Multiples of powers of the root of x⁴ = x + 1, which fill the cube evenly (Roberts 2018, "The Unreasonable Effectiveness of
-/// Quasirandom Sequences"), shifted by hashing.
+/// Multiples of irrational numbers, shifted by hashing: the first two fill the square evenly (Roberts 2018, "The
+/// Unreasonable Effectiveness of Quasirandom Sequences": R2), the third is the golden section's.
 Vec3 PassRecorder::numbers(Own what, uint32_t step) const {
   constexpr uint32_t k_kinds = 3;
-  uint32_t shift = hash_combine(hash_combine(plan_.settings_.seed, static_cast<uint32_t>(x_)), static_cast<uint32_t>(y_));
+  uint32_t shift =
+      hash_combine(hash_combine(plan_.settings_.seed, static_cast<uint32_t>(x_)), static_cast<uint32_t>(y_));
   shift = hash_combine(shift, surfaces_ * k_kinds + static_cast<uint32_t>(what));
   const uint32_t index = sample_ / step;
-  return {unit_float(shift + index * 3518319155u), unit_float(hash_combine(shift, 1) + index * 2882110345u),
-          unit_float(hash_combine(shift, 2) + index * 2360945575u)};
+  return {unit_float(shift + index * 3242174889u), unit_float(hash_combine(shift, 1) + index * 2447445414u),
+          unit_float(hash_combine(shift, 2) + index * 2654435769u)};
 }
 
 void PassRecorder::start_clock() {
@@ -215,7 +216,8 @@ void PassRecorder::visible(const SurfaceHit& hit, const SurfaceBinding& binding,
     if (scene_.in_matte(point.object_index, pass.matte)) *at(pass) += cover;
   if (!plan_.aovs_.empty() && cover != 0.0f && binding.program->aov_count() > 0) add_aovs(*binding.program, cover);
   receiving_ = shared_ && slots.shadow >= 0;
-  if (slots.shadow >= 0 && !shared_ && samples_for_passes(k_received_step)) sample_received(hit, point, bsdf, throughput);
+  if (slots.shadow >= 0 && !shared_ && samples_for_passes(k_received_step))
+    sample_received(hit, point, bsdf, throughput);
   if (!saw_surface_ && opaque_enough(binding, bsdf)) {
     if (slots.first_surface) first_surface(hit, point, bsdf, seen);
     saw_surface_ = true;

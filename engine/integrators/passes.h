@@ -198,11 +198,11 @@ class PassPlan {
   inline static const std::vector<Pass> k_none;
   PassSettings settings_;
   std::vector<FilmChannel> channels_{{.name = "combined", .splats = true}};
-  std::vector<Pass> light_;                     ///< sums what paths bring
-  std::vector<Pass> data_;                      ///< shows what the camera sees, or how it was sampled
-  std::vector<Pass> pictures_, late_;           ///< those of them that are known when the sample is done
-  std::vector<Pass> looked_at_;                 ///< those of rule first
-  std::vector<Pass> aovs_, mattes_;             ///< those of data_ of these kinds
+  std::vector<Pass> light_;            ///< sums what paths bring
+  std::vector<Pass> data_;             ///< shows what the camera sees, or how it was sampled
+  std::vector<Pass> pictures_, late_;  ///< those of them that are known when the sample is done
+  std::vector<Pass> looked_at_;        ///< those of rule first
+  std::vector<Pass> aovs_, mattes_;    ///< those of data_ of these kinds
   LightSlots slots_;
   DataSlots data_slots_;
   std::vector<Copy> copies_;
@@ -217,9 +217,10 @@ class PassPlan {
 
 /// What light came through, for the passes of light.
 struct PathSignature {
-  int vertices = 0;                    ///< n of technique.h
-  const ClassShares* first = nullptr;  ///< of the scattering at x_1; null if n = 0 or no pass asks for it, see first_only
-  EventSequence events;                ///< at x_1 ... x_n; kept only if a pass asks for it
+  int vertices = 0;  ///< n of technique.h
+  const ClassShares* first =
+      nullptr;           ///< of the scattering at x_1; null if n = 0 or no pass asks for it, see first_only
+  EventSequence events;  ///< at x_1 ... x_n; kept only if a pass asks for it
   LightSource source = LightSource::lamp;
   uint16_t group = 0;  ///< number of the light's group
   Technique technique = Technique::emission_hit;
@@ -237,8 +238,8 @@ struct PathSignature {
 /// A kernel that does next event at the first surface, and whose walk goes on from there, may share both: what its
 /// light and its next ray show are the light received and the occlusion that passes ask for (share()). An even world is
 /// no light that its next event chooses: the surface receives it by the next ray, by what that meets. Else the recorder
-/// samples a light and traces rays of its own, in some of the samples: a Shadow pass is a ratio of sums, to which it does
-/// not matter how many there are, and ambient occlusion a share (ChannelRule::share).
+/// samples a light and traces rays of its own, in some of the samples: a Shadow pass is a ratio of sums, to which it
+/// does not matter how many there are, and ambient occlusion a share (ChannelRule::share).
 class PassRecorder {
  public:
   /// Keeps references.

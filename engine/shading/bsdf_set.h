@@ -19,8 +19,8 @@ enum class ReversePdf : uint8_t { no, yes };
 struct EvalParts {
   std::array<Color, k_lobe_classes> f_cos;  ///< set where known and only_event is not
   EventShares pdf;                          ///< likewise
-  bool known = false;  ///< false: nothing had to be evaluated
-  int picked = -1;     ///< sample(): number of the lobe chosen, also where the sample fails; -1: none
+  bool known = false;                       ///< false: nothing had to be evaluated
+  int picked = -1;  ///< sample(): number of the lobe chosen, also where the sample fails; -1: none
   /// Where there is one lobe alone, its event and class, which say all that f_cos and pdf would; else k_scatter_none.
   uint8_t only_event = k_scatter_none;
   LobeClass only_class = LobeClass::diffuse;

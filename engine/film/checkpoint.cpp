@@ -1,9 +1,11 @@
 // A film on disk: a header, then one zstd frame (with checksum) of the exact sums. Little-endian.
 //
 //   "LMBTFILM", u32 version, u64 bytes of the header text, header text, zstd frame of
-//   sums f64[P][S], ids f32[P][I], their weights f64[P][I], counts u32[P], second moments f64[P] and stopped u8[P] (if
-//   the header has them), light paths u64 and splats (SplatBuffer::integers; if the header has them).
+//   sums f64[P][D] and f32[P][F], ids f32[P][I], their weights f32[P][I], counts u32[P], second moments f64[P] and
+//   stopped u8[P] (if the header has them), light paths u64 and splats (SplatBuffer::integers; if the header has them).
 // The header text holds the identity and the layout; it must be equal to the loading film's, byte by byte.
+// Version 4, which is read too, has all sums f64[P][S], those of rule mean in the order of the channels before those of
+// other rules, and weights f64[P][I].
 #include <fmt/format.h>
 #include <unistd.h>
 #include <zstd.h>
@@ -15,6 +17,8 @@
 #include <cstdlib>
 #include <cstring>
 #include <memory>
+#include <span>
+#include <vector>
 
 #include "engine/film/film_storage.h"
 
@@ -24,7 +28,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 constexpr char k_magic[8] = {'L', 'M', 'B', 'T', 'F', 'I', 'L', 'M'};
-constexpr uint32_t k_version = 4;
+constexpr uint32_t k_version = 5, k_all_doubles = 4;
 constexpr uint64_t k_header_limit = 1 << 20;
 constexpr int k_level = 1;  // sums of noise hardly compress; untouched regions do at any level
 
@@ -59,6 +63,29 @@ struct Part {
 template <typename T>
 Part part(std::vector<T>& elements) {
   return {elements.data(), elements.size() * sizeof(T)};
+}
+
+/// Sums of version 4 of P pixels, in the places that they have now.
+void place_doubles(const FilmSettings& settings, const FilmLayout& layout, std::span<const double> sums,
+                   std::vector<double>& doubles, std::vector<float>& floats) {
+  std::vector<int> order;  // channels
+  for (const bool means : {true, false})
+    for (size_t c = 0; c < settings.channels.size(); ++c) {
+      const ChannelRule rule = settings.channels[c].rule;
+      const bool other = rule == ChannelRule::first || rule == ChannelRule::error;
+      if (means ? is_mean(rule) : other) order.push_back(static_cast<int>(c));
+    }
+  const size_t stride = static_cast<size_t>(layout.doubles + layout.floats), pixels = sums.size() / stride;
+  const double* from = sums.data();
+  for (size_t pixel = 0; pixel < pixels; ++pixel)
+    for (const int c : order) {
+      const FilmLayout::Place& place = layout.places[static_cast<size_t>(c)];
+      const int components = settings.channels[static_cast<size_t>(c)].components;
+      double* const exact = doubles.data() + pixel * static_cast<size_t>(layout.doubles) + place.sum;
+      float* const rounded = floats.data() + pixel * static_cast<size_t>(layout.floats) + place.sum;
+      for (int k = 0; k < components; ++k, ++from)
+        (place.exact ? exact[k] = *from : rounded[k] = static_cast<float>(*from));
+    }
 }
 
 }  // namespace
@@ -98,7 +125,8 @@ Status Film::save(const std::string& path, const std::string& identity) const {
   std::vector<char> buffer(ZSTD_CStreamOutSize());
   Storage& s = *storage_;
   uint64_t light_paths = this->light_paths();
-  const Part parts[] = {part(s.sums),
+  const Part parts[] = {part(s.doubles),
+                        part(s.floats),
                         part(s.ids),
                         part(s.id_weights),
                         part(s.counts),
@@ -139,7 +167,7 @@ Status Film::load(const std::string& path, const std::string& identity) {
   uint64_t header_size = 0;
   if (!read(magic, sizeof magic) || std::memcmp(magic, k_magic, sizeof magic) != 0)
     return failed("it is not a Lambent checkpoint");
-  if (!read(&version, sizeof version) || version != k_version)
+  if (!read(&version, sizeof version) || (version != k_version && version != k_all_doubles))
     return failed(fmt::format("it has format version {}, this program reads {}", version, k_version));
   if (!read(&header_size, sizeof header_size) || header_size > k_header_limit) return failed("its header is damaged");
   std::string header(header_size, '\0');
@@ -149,8 +177,11 @@ Status Film::load(const std::string& path, const std::string& identity) {
 
   // Sizes are the film's own, whatever the file says.
   Storage& s = *storage_;
-  std::vector<double> sums(s.sums.size()), second_moments(s.second_moments.size()), id_weights(s.id_weights.size());
-  std::vector<float> ids(s.ids.size());
+  const bool all_doubles = version == k_all_doubles;
+  std::vector<double> doubles(s.doubles.size()), second_moments(s.second_moments.size());
+  std::vector<float> floats(s.floats.size()), ids(s.ids.size()), id_weights(s.id_weights.size());
+  std::vector<double> old_sums(all_doubles ? doubles.size() + floats.size() : 0),
+      old_weights(all_doubles ? id_weights.size() : 0);
   std::vector<uint32_t> counts(s.counts.size());
   std::vector<uint8_t> stopped(s.stopped.size());
   uint64_t light_paths = 0;
@@ -166,8 +197,10 @@ Status Film::load(const std::string& path, const std::string& identity) {
   };
   char beyond;
   const Part light_paths_part{&light_paths, s.splats ? sizeof light_paths : 0};
-  for (const Part& p : {part(sums), part(ids), part(id_weights), part(counts), part(second_moments), part(stopped),
-                        light_paths_part, part(splats), Part{&beyond, 1}}) {
+  const Part none{nullptr, 0};
+  for (const Part& p : {all_doubles ? part(old_sums) : part(doubles), all_doubles ? none : part(floats), part(ids),
+                        all_doubles ? part(old_weights) : part(id_weights), part(counts), part(second_moments),
+                        part(stopped), light_paths_part, part(splats), Part{&beyond, 1}}) {
     ZSTD_outBuffer out{p.bytes, p.size, 0};
     while (out.pos < out.size && left != 0) {
       const size_t consumed = in.pos, produced = out.pos;
@@ -180,7 +213,12 @@ Status Film::load(const std::string& path, const std::string& identity) {
     if (!expected) return failed("it is damaged (its size does not fit)");
   }
   if (left != 0) return failed("it is truncated");
-  s.sums.swap(sums);
+  if (all_doubles) {
+    place_doubles(settings_, layout_, old_sums, doubles, floats);
+    id_weights.assign(old_weights.begin(), old_weights.end());
+  }
+  s.doubles.swap(doubles);
+  s.floats.swap(floats);
   s.ids.swap(ids);
   s.id_weights.swap(id_weights);
   s.counts.swap(counts);

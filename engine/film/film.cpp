@@ -7,17 +7,15 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <new>
 #include <stdexcept>
 #include <tuple>
 
-#ifdef __AVX__
-#include <immintrin.h>
-#endif
-
 #include "engine/base/check.h"
 #include "engine/film/adaptive.h"
 #include "engine/film/film_storage.h"
+#include "engine/film/rounded_sum.h"
 
 namespace lambent {
 
@@ -25,33 +23,21 @@ namespace {
 /// Floats of samples that a TileWriter holds back before it takes the tile's lock.
 constexpr size_t k_buffered_floats = 16384;
 
-using Doubles4 = double __attribute__((vector_size(32)));
-
-Doubles4 doubles_of(const float* values) {
-#ifdef __AVX__
-  return Doubles4(_mm256_cvtps_pd(_mm_loadu_ps(values)));  // GCC 12 takes four instructions by itself
-#else
-  return Doubles4{values[0], values[1], values[2], values[3]};
-#endif
-}
-
-void add_four(const float* values, double* sums) {
+/// The picture's four floats, and what few others there are.
+void add_exactly(const float* values, size_t count, double* sums) {
+  using Floats4 = float __attribute__((vector_size(16)));
+  using Doubles4 = double __attribute__((vector_size(32)));
+  Floats4 value;
   Doubles4 sum;
+  std::memcpy(&value, values, sizeof value);
   std::memcpy(&sum, sums, sizeof sum);
-  sum += doubles_of(values);
+  sum += __builtin_convertvector(value, Doubles4);
   std::memcpy(sums, &sum, sizeof sum);
+  for (size_t i = 4; i < count; ++i) [[unlikely]] sums[i] += values[i];
 }
 
-void add_floats(const float* values, size_t count, double* sums) {
-  size_t i = 0;
-  for (; i + 16 <= count; i += 16)
-    for (size_t k = 0; k < 16; k += 4) add_four(values + i + k, sums + i + k);
-  for (; i + 4 <= count; i += 4) add_four(values + i, sums + i);
-  const size_t rest = count - i;  // not in a loop, of which the compiler makes more than it is worth
-  if (rest > 0) sums[i] += double(values[i]);
-  if (rest > 1) sums[i + 1] += double(values[i + 1]);
-  if (rest > 2) sums[i + 2] += double(values[i + 2]);
-}
+/// A sum that went beyond the range of floats reads as its end.
+double finite(float sum) { return std::isfinite(sum) ? double(sum) : double(std::numeric_limits<float>::max()); }
 
 }  // namespace
 
@@ -84,7 +70,8 @@ Result<std::shared_ptr<Film>> Film::create(const FilmSettings& settings) try {
   film->storage_ = std::make_unique<Storage>();
   Storage& storage = *film->storage_;
   const size_t pixels = size_t(region.width) * size_t(region.height);
-  storage.sums.resize(pixels * size_t(film->layout_.sums));
+  storage.doubles.resize(pixels * size_t(film->layout_.doubles));
+  storage.floats.resize(pixels * size_t(film->layout_.floats));
   storage.ids.resize(pixels * size_t(film->layout_.id_slots));
   storage.id_weights.resize(pixels * size_t(film->layout_.id_slots));
   storage.counts.resize(pixels);
@@ -106,8 +93,8 @@ Result<std::shared_ptr<Film>> Film::create(const FilmSettings& settings) try {
 
 size_t Film::bytes() const {
   const Storage& s = *storage_;
-  return s.sums.size() * sizeof(double) + s.counts.size() * sizeof(uint32_t) +
-         s.ids.size() * (sizeof(float) + sizeof(double)) + s.second_moments.size() * sizeof(double) + s.stopped.size() +
+  return s.doubles.size() * sizeof(double) + s.floats.size() * sizeof(float) + s.counts.size() * sizeof(uint32_t) +
+         s.ids.size() * 2 * sizeof(float) + s.second_moments.size() * sizeof(double) + s.stopped.size() +
          s.tiles.size() * sizeof(Storage::Tile) + (s.splats ? s.splats->bytes() : 0);
 }
 
@@ -173,13 +160,14 @@ void add_caught(const ShadowCatcher& catcher, const Mean& mean, const Shadow& sh
 /// Writes the pixel's floats from `to` on; returns where they end.
 float* Film::read_channels(size_t pixel, const std::vector<bool>& wanted, float* to) const {
   const Storage& s = *storage_;
-  const double* sums = s.sums.data() + pixel * static_cast<size_t>(layout_.sums);
+  const double* doubles = s.doubles.data() + pixel * static_cast<size_t>(layout_.doubles);
+  const float* floats = s.floats.data() + pixel * static_cast<size_t>(layout_.floats);
   const uint64_t paths = s.splats ? s.splats->paths() : 0;
   const uint32_t count = s.counts[pixel];
   const double per_sample = count ? 1.0 / count : 0.0;
   const auto mean = [&](size_t channel, int component) {
     const FilmLayout::Place& place = layout_.places[channel];
-    double value = sums[place.sum + component] * per_sample;
+    double value = (place.exact ? doubles[place.sum + component] : finite(floats[place.sum + component])) * per_sample;
     if (paths > 0 && place.plane >= 0 && component < 3)
       value += s.splats->sum(pixel, component, place.plane) / static_cast<double>(paths);
     return value;
@@ -220,6 +208,11 @@ float* Film::read_channels(size_t pixel, const std::vector<bool>& wanted, float*
         if (c == 0 && channel.components == 4) to[3] = std::max(to[3], 0.0f);
         if (channel.catcher) add_caught(*channel.catcher, mean, shadow, to);
         break;
+      case ChannelRule::share: {
+        const double looked = mean(c, 1), found = looked > 0.0 ? mean(c, 0) / looked : 0.0;
+        for (int k = 0; k < channel.components; ++k) to[k] = static_cast<float>(found * mean(c, 2));
+        break;
+      }
       case ChannelRule::caught:
         for (int k = 0; k < channel.components; ++k) {
           double share = channel.catcher ? mean(static_cast<size_t>(channel.catcher->cover), 0) : 0.0;
@@ -230,7 +223,7 @@ float* Film::read_channels(size_t pixel, const std::vector<bool>& wanted, float*
         }
         break;
       case ChannelRule::first:
-        for (int k = 0; k < channel.components; ++k) to[k] = static_cast<float>(sums[place.sum + k]);
+        for (int k = 0; k < channel.components; ++k) to[k] = floats[place.sum + k];
         break;
       case ChannelRule::ids: {
         float levels[64];
@@ -244,7 +237,8 @@ float* Film::read_channels(size_t pixel, const std::vector<bool>& wanted, float*
         break;
       case ChannelRule::error:
         for (int k = 0; k < channel.components; ++k)
-          to[k] = count < 2 ? 0.0f : static_cast<float>(standard_error_of_mean(sums[k], sums[place.sum + k], count));
+          to[k] =
+              count < 2 ? 0.0f : static_cast<float>(standard_error_of_mean(doubles[k], doubles[place.sum + k], count));
         break;
     }
     to += channel.components;
@@ -257,8 +251,8 @@ void Film::read_ids(size_t pixel, const FilmLayout::Place& place, float* out, in
   const size_t first = pixel * static_cast<size_t>(layout_.id_slots) + static_cast<size_t>(place.id);
   std::array<std::pair<double, float>, 64> ranked;  // components are at most 64, slots as many
   size_t used = 0;
-  for (size_t i = first; i < first + static_cast<size_t>(place.slots) && s.id_weights[i] > 0.0; ++i)
-    ranked[used++] = {s.id_weights[i], s.ids[i]};
+  for (size_t i = first; i < first + static_cast<size_t>(place.slots) && s.id_weights[i] > 0.0f; ++i)
+    ranked[used++] = {double(s.id_weights[i]), s.ids[i]};
   std::sort(ranked.begin(), ranked.begin() + static_cast<std::ptrdiff_t>(used), [](const auto& a, const auto& b) {
     return a.first != b.first ? a.first > b.first
                               : std::bit_cast<uint32_t>(a.second) < std::bit_cast<uint32_t>(b.second);
@@ -402,7 +396,7 @@ void TileWriter::flush() {
       continue;
     }
     if (film_.layout_.plain) {
-      double* sum = s.sums.data() + pixel * components;
+      double* sum = s.doubles.data() + pixel * components;
       for (size_t c = 0; c < components; ++c) sum[c] += values[c];
     } else {
       add_channels(pixel, sample, values);
@@ -419,42 +413,49 @@ void TileWriter::flush() {
 void TileWriter::add_channels(size_t pixel, int64_t sample, std::span<const float> values) {
   Film::Storage& s = *film_.storage_;
   const FilmLayout& layout = film_.layout_;
-  double* sums = s.sums.data() + pixel * static_cast<size_t>(layout.sums);
-  add_floats(values.data(), static_cast<size_t>(layout.means), sums);
+  double* doubles = s.doubles.data() + pixel * static_cast<size_t>(layout.doubles);
+  float* floats = s.floats.data() + pixel * static_cast<size_t>(layout.floats);
+  const float noise = rounding_noise(sample);
+  add_exactly(values.data(), static_cast<size_t>(layout.exact_means), doubles);
+  add_rounded(values.data() + layout.exact_means, static_cast<size_t>(layout.means - layout.exact_means), floats,
+              noise);
   if (sample == 0)
     for (const int number : layout.firsts) {
       const FilmLayout::Place& place = layout.places[static_cast<size_t>(number)];
       const int components = film_.settings_.channels[static_cast<size_t>(number)].components;
-      std::copy_n(values.data() + place.sample, components, sums + place.sum);
+      std::copy_n(values.data() + place.sample, components, floats + place.sum);
     }
-  for (const int number : layout.errors) {
-    double* sum = sums + layout.places[static_cast<size_t>(number)].sum;
-    for (int k = 0; k < 3 && k < film_.settings_.channels[static_cast<size_t>(number)].components; ++k)
-      sum[k] += double(values[static_cast<size_t>(k)]) * values[static_cast<size_t>(k)];
+  for (const int first : layout.squares) {
+    const double r = values[0], g = values[1], b = values[2];
+    doubles[first] += r * r;
+    doubles[first + 1] += g * g;
+    doubles[first + 2] += b * b;
   }
-  if (layout.id_slots > 0) add_ids(pixel, values);
+  if (layout.id_slots > 0) add_ids(pixel, values, noise);
 }
 
-void TileWriter::add_ids(size_t pixel, std::span<const float> values) {
+void TileWriter::add_ids(size_t pixel, std::span<const float> values, float noise) {
   Film::Storage& s = *film_.storage_;
   const FilmLayout& layout = film_.layout_;
   const size_t first = pixel * static_cast<size_t>(layout.id_slots);
+  float* const all_ids = s.ids.data() + first;
+  float* const all_weights = s.id_weights.data() + first;
   for (const FilmLayout::IdPlace& place : layout.ids) {
     const float* const value = values.data() + place.sample;
-    float* const ids = s.ids.data() + first + place.id;
-    double* const weights = s.id_weights.data() + first + place.id;
+    float* const ids = all_ids + place.id;
+    float* const weights = all_weights + place.id;
     if (!(value[1] > 0.0f)) continue;
-    if (!(value[3] > 0.0f) && weights[0] > 0.0 &&
-        std::bit_cast<uint32_t>(ids[0]) == std::bit_cast<uint32_t>(value[0])) {
-      weights[0] += value[1];  // most samples: one id, which the pixel has first
+    if (std::bit_cast<uint32_t>(ids[0]) == std::bit_cast<uint32_t>(value[0]) && weights[0] > 0.0f &&
+        !(value[3] > 0.0f)) {
+      add_rounded(weights[0], value[1], noise);  // most samples: one id, which the pixel has first
       continue;
     }
     for (int k = 0; k < k_ids_a_sample && value[2 * k + 1] > 0.0f; ++k) {
       int i = 0;  // the last slot takes what finds no other
       const auto id = std::bit_cast<uint32_t>(value[2 * k]);
-      while (i < place.slots - 1 && weights[i] > 0.0 && std::bit_cast<uint32_t>(ids[i]) != id) ++i;
-      if (!(weights[i] > 0.0)) ids[i] = value[2 * k];
-      weights[i] += value[2 * k + 1];
+      while (i < place.slots - 1 && weights[i] > 0.0f && std::bit_cast<uint32_t>(ids[i]) != id) ++i;
+      if (!(weights[i] > 0.0f)) ids[i] = value[2 * k];
+      add_rounded(weights[i], value[2 * k + 1], noise);
     }
   }
 }

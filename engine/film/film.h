@@ -21,7 +21,9 @@ struct FilmSettings {
   int tile_size_px = 64;
   TileOrder tile_order = TileOrder::hilbert;
   std::vector<FilmChannel> channels{{.name = "combined", .splats = true}};  ///< first the picture: premultiplied RGBA
-  bool allow_negative = false;  ///< lights of negative power: a sample may rightly be below 0
+  /// A sample's picture may rightly be below 0: lights of negative power take light away, and on a transparent film
+  /// seen through glass a sample's alpha is less than 0 where its weight is more than 1.
+  bool allow_negative = false;
   int64_t samples_asked = 0;    ///< what channels of rule sample_count are divided by; 0: 1
   bool second_moments = false;  ///< needed by stop_converged() and standard_error()
   /// A large radiance of the picture: the film takes splats (see SplatBuffer). 0: it takes none and has no memory for
@@ -48,8 +50,9 @@ struct RejectedSample {
   std::vector<float> values;
 };
 
-/// Sums of samples per pixel, in double, each pixel's added in the order of its samples: so the picture depends on
-/// neither threads nor tiles nor pauses. Invariant: a pixel's sample n is added after its samples 0..n-1, once.
+/// Sums of samples per pixel (the picture's in double, passes' in float without drift: FilmLayout), each pixel's added
+/// in the order of its samples: so the picture depends on neither threads nor tiles nor pauses. Invariant: a pixel's
+/// sample n is added after its samples 0..n-1, once.
 ///
 /// Threads: each tile is written by one thread at a time, through a TileWriter; reading a tile is allowed meanwhile.
 /// A sample's estimate belongs to one pixel (filters are importance-sampled). What lands elsewhere (light tracing) goes
@@ -167,7 +170,7 @@ class TileWriter {
 
  private:
   void add_channels(size_t pixel, int64_t sample, std::span<const float> values);
-  void add_ids(size_t pixel, std::span<const float> values);
+  void add_ids(size_t pixel, std::span<const float> values, float noise);
 
   Film& film_;
   int tile_;

@@ -42,7 +42,7 @@ bool Film::tile_active(int index) const {
 }
 
 double Film::intensity_sum(size_t pixel) const {
-  const double* sum = storage_->sums.data() + pixel * static_cast<size_t>(layout_.sums);
+  const double* sum = storage_->doubles.data() + pixel * static_cast<size_t>(layout_.doubles);
   return sum[0] + sum[1] + sum[2];
 }
 

@@ -6,13 +6,26 @@ namespace lambent {
 
 FilmLayout::FilmLayout(const std::vector<FilmChannel>& channels) {
   places.resize(channels.size());
+  if (!channels.empty()) places[0].exact = true;
+  if (!channels.empty() && channels[0].catcher) {
+    const ShadowCatcher& parts = *channels[0].catcher;
+    for (const int part : {parts.lit, parts.bare, parts.brought, parts.cover, parts.behind})
+      if (part >= 0) places[static_cast<size_t>(part)].exact = true;
+  }
   // Means first, so that they are added in one go.
-  for (size_t c = 0; c < channels.size(); ++c)
-    if (channels[c].rule == ChannelRule::mean) {
-      places[c].sample = places[c].sum = means;
+  const auto place_means = [&](bool exact, int& sums) {
+    for (size_t c = 0; c < channels.size(); ++c) {
+      if (!is_mean(channels[c].rule) || places[c].exact != exact) continue;
+      places[c].sample = means;
+      places[c].sum = sums;
       means += channels[c].components;
+      sums += channels[c].components;
     }
-  sample_floats = sums = means;
+  };
+  place_means(true, doubles);
+  exact_means = means;
+  place_means(false, floats);
+  sample_floats = means;
   int outputs = 0;
   for (size_t c = 0; c < channels.size(); ++c) {
     const FilmChannel& channel = channels[c];
@@ -20,14 +33,15 @@ FilmLayout::FilmLayout(const std::vector<FilmChannel>& channels) {
     const int number = static_cast<int>(c);
     switch (channel.rule) {
       case ChannelRule::mean:
+      case ChannelRule::share:
       case ChannelRule::sample_count:
       case ChannelRule::caught:
         break;
       case ChannelRule::first:
         place.sample = sample_floats;
-        place.sum = sums;
+        place.sum = floats;
         sample_floats += channel.components;
-        sums += channel.components;
+        floats += channel.components;
         firsts.push_back(number);
         break;
       case ChannelRule::ids:
@@ -39,9 +53,10 @@ FilmLayout::FilmLayout(const std::vector<FilmChannel>& channels) {
         ids.push_back({place.sample, place.id, place.slots});
         break;
       case ChannelRule::error:
-        place.sum = sums;
-        sums += channel.components;
-        errors.push_back(number);
+        place.sum = doubles;
+        place.exact = true;
+        doubles += channel.components;
+        squares.push_back(place.sum);
         break;
     }
     if (channel.splats) place.plane = planes++;
@@ -50,8 +65,7 @@ FilmLayout::FilmLayout(const std::vector<FilmChannel>& channels) {
       outputs += channel.rule == ChannelRule::ids ? channel.components / 4 : 1;
       output_floats += channel.components;
     }
-    plain = plain && channel.rule == ChannelRule::mean && channel.divided_by < 0 && channel.minus < 0 &&
-            !channel.catcher && !channel.total && !channel.hidden;
+    plain = plain && channel.rule == ChannelRule::mean && place.exact;
   }
   for (size_t c = 0; c < channels.size(); ++c)
     if (channels[c].divided_by >= 0)

@@ -13,6 +13,7 @@
 
 namespace lambent {
 
+/// Checkpoints have their numbers.
 enum class ChannelRule : uint8_t {
   mean,          ///< of the samples
   first,         ///< the value of the pixel's first sample: for what has no mean, such as indices
@@ -20,7 +21,11 @@ enum class ChannelRule : uint8_t {
   sample_count,  ///< takes nothing of a sample
   error,         ///< standard error of the mean of the picture's R, G, B, splats left out; takes nothing of a sample
   caught,        ///< what shadow catchers caught (ShadowCatcher), 1 where there are none; takes nothing of a sample
+  share,         ///< of what the samples show, found by some of them: see FilmChannel
 };
+
+/// Whether the floats of samples are summed.
+constexpr bool is_mean(ChannelRule rule) { return rule == ChannelRule::mean || rule == ChannelRule::share; }
 
 /// Ids that one sample brings at most, each with its weight: what lies behind several transparent surfaces.
 inline constexpr int k_ids_a_sample = 8;
@@ -39,7 +44,9 @@ struct ShadowCatcher {
 
 struct FilmChannel {
   std::string name;
-  /// Of a pixel. ids: 2 a level, (id, coverage) from the largest coverage down; a multiple of 4, and a reader gets
+  /// Of a pixel. share: 3, which all read the same; of a sample they are (weight times what it found times its cover,
+  /// weight times cover, cover), weight 0 where it did not look; the pixel is the mean cover times the weighted mean of
+  /// what was found. ids: 2 a level, (id, coverage) from the largest coverage down; a multiple of 4, and a reader gets
   /// channels of 4 named name00, name01 ...
   int components = 4;
   ChannelRule rule = ChannelRule::mean;
@@ -89,26 +96,32 @@ inline bool all_finite(std::span<const float> values) {
   return true;
 }
 
-/// Where everything of a channel lies: those of rule mean before all others, each kind in the order of the channels.
+/// Where everything of a channel lies. In a sample the means come first, those whose sums are doubles before the
+/// others. Doubles hold the picture, what catchers make of it and the squares of `error`; all else is held in floats
+/// (rounded_sum.h).
 struct FilmLayout {
   struct Place {
-    int sample = 0;   ///< first of its floats in a sample
-    int sum = 0;      ///< first of its sums in a pixel
-    int id = -1;      ///< ids: first of its slots in a pixel
-    int slots = 0;    ///< ids: number of them; more than levels, so that what comes late and often is not lost
-    int plane = -1;   ///< of the splats; -1: takes none
-    int output = -1;  ///< its number in output_channels(), the first where it makes several; -1: hidden
+    int sample = 0;      ///< first of its floats in a sample
+    int sum = 0;         ///< first of its sums in a pixel, among the doubles or the floats
+    bool exact = false;  ///< the doubles
+    int id = -1;         ///< ids: first of its slots in a pixel
+    int slots = 0;       ///< ids: number of them; more than levels, so that what comes late and often is not lost
+    int plane = -1;      ///< of the splats; -1: takes none
+    int output = -1;     ///< its number in output_channels(), the first where it makes several; -1: hidden
     std::vector<int> dividends;  ///< channels that are divided by it
   };
   struct IdPlace {
     int sample, id, slots;  ///< as in Place
   };
-  std::vector<Place> places;        ///< by channel
-  int means = 0;                    ///< floats of rule mean: the first of a sample, added to the first of the sums
-  std::vector<int> firsts, errors;  ///< channels of those rules
-  std::vector<IdPlace> ids;         ///< of the channels of that rule
-  int sample_floats = 0, sums = 0, id_slots = 0, planes = 0, output_floats = 0;
-  bool plain = true;  ///< nothing but means, all read as they are
+  std::vector<Place> places;  ///< by channel
+  int means = 0;              ///< floats that are summed: the first of a sample
+  int exact_means = 0;        ///< the first of those, added to the first of the doubles; the others to the floats
+  std::vector<int> firsts;    ///< channels of that rule
+  std::vector<int> squares;   ///< rule error: first of the sums of the squares of R, G, B
+  std::vector<IdPlace> ids;   ///< of the channels of that rule
+  int sample_floats = 0, id_slots = 0, planes = 0, output_floats = 0;
+  int doubles = 0, floats = 0;  ///< sums of a pixel
+  bool plain = true;            ///< nothing but exact means: a sample's floats are added to a pixel's doubles
 
   explicit FilmLayout(const std::vector<FilmChannel>& channels = {});
   /// That a channel has in a sample, one of a rule that takes some.

@@ -18,14 +18,15 @@ struct Film::Storage {
   };
 
   // By pixel of the region, row by row from the bottom.
-  std::vector<double> sums;            ///< [pixel][FilmLayout::sums]
+  std::vector<double> doubles;         ///< [pixel][FilmLayout::doubles]
+  std::vector<float> floats;           ///< [pixel][FilmLayout::floats]
   std::vector<uint32_t> counts;        ///< samples added
   std::vector<double> second_moments;  ///< sums of (R+G+B)²; empty if not asked for
   std::vector<uint8_t> stopped;        ///< 1: converged, gets no more samples; empty if not asked for
 
   // Channels of rule ids, [pixel][FilmLayout::id_slots]; a slot of weight 0 is free.
   std::vector<float> ids;
-  std::vector<double> id_weights;
+  std::vector<float> id_weights;
 
   std::unique_ptr<SplatBuffer> splats;  ///< null: the film takes none
 

@@ -280,6 +280,92 @@ TEST(Film, what_is_not_finite_in_a_pass_costs_the_picture_nothing) {
   EXPECT_NEAR(p[5], 4.0f / 3.0f, 1e-6f);
 }
 
+/// Sums of passes are floats: as exact after many samples as those of the picture, but for noise of rounding.
+TEST(Film, passes_of_a_hundred_thousand_samples_do_not_drift) {
+  FilmSettings settings;
+  settings.width = settings.height = 1;
+  settings.channels.push_back({.name = "passes", .components = 13});  // several at a time, and a rest
+  settings.channels.push_back({.name = "ids", .components = 4, .rule = ChannelRule::ids});
+  const auto film = make_film(settings);
+  const int ids = film->layout().places[2].sample;
+  constexpr int64_t n = 100000;
+  double sums[13] = {}, magnitudes[13] = {}, weights = 0.0;
+  {
+    TileWriter writer(*film, 0);
+    std::vector<float> sample(static_cast<size_t>(film->sample_components()));
+    for (int64_t i = 0; i < n; ++i) {
+      for (int k = 0; k < 13; ++k) {
+        const float u = noise(0, 0, i, static_cast<uint32_t>(k));
+        const float values[4] = {0.1f, u, u - 0.5f, u < 0.01f ? 100.0f * u : 0.0f};  // even, like noise, signed, rare
+        const float value = i == 0 && k == 4 ? 1e4f : values[k % 4];
+        sample[static_cast<size_t>(4 + k)] = value;
+        sums[k] += double(value);
+        magnitudes[k] += std::fabs(double(value));
+      }
+      sample[static_cast<size_t>(ids)] = 3.0f;
+      sample[static_cast<size_t>(ids) + 1] = 0.3f;
+      weights += double(0.3f);
+      writer.add(0, 0, sample);
+    }
+  }
+  const std::vector<float> pixel = film->pixels();
+  for (size_t k = 0; k < 13; ++k) EXPECT_NEAR(double(pixel[4 + k]) * n, sums[k], 2e-5 * magnitudes[k]) << k;
+  // What is always the same is what rounding to the nearest gets wrong: by 1e-3 here.
+  EXPECT_NEAR(double(pixel[4]) * n, sums[0], 1e-6 * sums[0]);
+  EXPECT_NEAR(double(pixel[18]) * n, weights, 1e-6 * weights);
+  float nearest = 0.0f;
+  for (int64_t i = 0; i < n; ++i) nearest += 0.1f;
+  EXPECT_GT(std::fabs(double(nearest) - sums[0]), 1e-5 * sums[0]);
+}
+
+TEST(Film, equal_passes_have_equal_sums_and_whole_numbers_are_exact) {
+  FilmSettings settings;
+  settings.width = settings.height = 1;
+  settings.channels.push_back({.name = "first", .components = 9});
+  settings.channels.push_back({.name = "second", .components = 9});
+  const auto film = make_film(settings);
+  {
+    TileWriter writer(*film, 0);
+    for (int64_t i = 0; i < 20000; ++i) {
+      std::vector<float> sample(22, 1.0f);
+      for (size_t k = 0; k < 8; ++k) sample[4 + k] = sample[13 + k] = noise(0, 0, i, static_cast<uint32_t>(k));
+      writer.add(0, 0, sample);
+    }
+  }
+  const std::vector<float> pixel = film->pixels();
+  for (size_t k = 0; k < 9; ++k) EXPECT_EQ(pixel[4 + k], pixel[13 + k]);
+  EXPECT_EQ(pixel[12], 1.0f);
+}
+
+TEST(Film, passes_beyond_the_range_of_floats_read_as_its_end) {
+  FilmSettings settings;
+  settings.width = settings.height = 1;
+  settings.channels.push_back({.name = "pass", .components = 1});
+  const auto film = make_film(settings);
+  {
+    TileWriter writer(*film, 0);
+    for (int i = 0; i < 9; ++i) writer.add(0, 0, std::vector<float>{1, 1, 1, 1, 3e38f});
+  }
+  EXPECT_TRUE(std::isfinite(film->pixels()[4]));
+  EXPECT_GT(film->pixels()[4], 3e37f);
+}
+
+TEST(Film, share_is_the_mean_cover_times_what_some_samples_found) {
+  FilmSettings settings;
+  settings.width = settings.height = 1;
+  settings.channels.push_back({.name = "AO", .components = 3, .rule = ChannelRule::share});
+  const auto film = make_film(settings);
+  {
+    TileWriter writer(*film, 0);
+    // (weight * cover * found, weight * cover, cover): two samples look, for two each; the last misses.
+    for (const auto& [found, looked, cover] :
+         {std::array{1.0f, 2.0f, 1.0f}, {0.0f, 0.0f, 1.0f}, {0.5f, 1.0f, 0.5f}, {0.0f, 0.0f, 0.0f}})
+      writer.add(0, 0, std::vector<float>{1, 1, 1, 1, found, looked, cover});
+  }
+  const std::vector<float> pixel = film->pixels();
+  for (size_t k = 4; k < 7; ++k) EXPECT_FLOAT_EQ(pixel[k], 2.5f / 4.0f * (1.5f / 3.0f));
+}
+
 TEST(Film, ids_are_ranked_by_coverage) {
   FilmSettings settings = small_settings();
   settings.channels.push_back({.name = "Crypto", .components = 4, .rule = ChannelRule::ids});
@@ -352,6 +438,41 @@ TEST(Checkpoint, continued_film_is_bit_identical_even_with_other_tiles) {
   render(*second, 17, 40, 3, 2, true);
   EXPECT_EQ(second->pixels(), whole->pixels());
   EXPECT_EQ(second->standard_error(20, 10), whole->standard_error(20, 10));
+  std::filesystem::remove(path);
+}
+
+TEST(Checkpoint, of_version_4_whose_sums_are_all_doubles_is_read) {
+  FilmSettings settings;
+  settings.width = settings.height = 1;
+  settings.channels.push_back({.name = "index", .components = 1, .rule = ChannelRule::first});
+  settings.channels.push_back({.name = "pass", .components = 3});
+  settings.channels.push_back({.name = "error", .components = 3, .rule = ChannelRule::error});
+  settings.channels.push_back({.name = "ids", .components = 4, .rule = ChannelRule::ids});
+  const auto film = make_film(settings);
+  // Two samples: (4, 6, 2, 2) and the pass's (1, 0.5, 3), the index 7, squares (10, 20, 3), ids 5 and -2 of 1.5 and
+  // 0.5.
+  const std::string header =
+      "frame 1 1\nregion 0 0 1 1\nsecond_moments 0\nchannel 4 0 -1 1 combined\nchannel 1 1 -1 0 index\n"
+      "channel 3 0 -1 0 pass\nchannel 3 4 -1 0 error\nchannel 4 2 -1 0 ids\nidentity x";
+  constexpr uint8_t k_frame[] = {0x28, 0xb5, 0x2f, 0xfd, 0x04, 0x48, 0x2d, 0x02, 0x00, 0x74, 0x02, 0x00, 0x00, 0x00,
+                                 0x00, 0x00, 0x00, 0x10, 0x40, 0x00, 0x18, 0x00, 0xf0, 0x3f, 0xe0, 0x08, 0x40, 0x1c,
+                                 0x24, 0x34, 0x08, 0x40, 0x00, 0x00, 0xa0, 0x40, 0x00, 0x00, 0x00, 0xc0, 0x00, 0xf8,
+                                 0x00, 0x00, 0x00, 0x00, 0x02, 0x00, 0x00, 0x00, 0x0d, 0x00, 0x60, 0x40, 0xd0, 0x19,
+                                 0x0c, 0xb1, 0x84, 0x8c, 0x20, 0x1f, 0xc8, 0x0c, 0x64, 0x01, 0x06, 0x82, 0xcc, 0xc0,
+                                 0xd0, 0x40, 0x97, 0x95, 0xbc, 0x2d, 0x38, 0x02, 0x4a, 0xd6, 0xfa, 0x9b};
+  std::string content = "LMBTFILM";
+  content.append({4, 0, 0, 0, static_cast<char>(header.size()), 0, 0, 0, 0, 0, 0, 0});
+  content += header;
+  content.append(reinterpret_cast<const char*>(k_frame), sizeof k_frame);
+  const std::string path = temporary_path("lambent_checkpoint_4");
+  std::ofstream(path, std::ios::binary) << content;
+  const Status loaded = film->load(path, "x");
+  ASSERT_TRUE(loaded) << loaded.error();
+  const std::vector<float> pixel = film->pixels();
+  EXPECT_EQ(std::vector<float>(pixel.begin(), pixel.begin() + 8),
+            (std::vector<float>{2, 3, 1, 1, 7, 0.5f, 0.25f, 1.5f}));
+  EXPECT_FLOAT_EQ(pixel[8], 1.0f);  // of 3 and 5
+  EXPECT_EQ(std::vector<float>(pixel.begin() + 11, pixel.end()), (std::vector<float>{5, 0.75f, -2, 0.25f}));
   std::filesystem::remove(path);
 }
 

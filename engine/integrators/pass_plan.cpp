@@ -220,9 +220,6 @@ void PassPlan::lay_out() {
       case PassKind::aov_value:
         aovs_.push_back(pass);
         break;
-      case PassKind::shadow:
-        received_.push_back(pass);
-        break;
       case PassKind::matte:
         mattes_.push_back(pass);
         break;
@@ -259,6 +256,10 @@ void PassPlan::take_data_slot(const Pass& pass) {
       return take(slots.mist);
     case PassKind::ambient_occlusion:
       return take(slots.ambient_occlusion);
+    case PassKind::shadow:
+      return take(slots.shadow);
+    case PassKind::unshadowed:
+      return take(slots.unshadowed);
     case PassKind::cryptomatte_object:
       slots.ids = true;
       return take(slots.cryptomatte_object);
@@ -368,6 +369,8 @@ void PassPlan::add(const PassRequest& request, PassKind kind, FilmChannel channe
   } else if (kind == PassKind::depth || kind == PassKind::position || kind == PassKind::object_index ||
              kind == PassKind::material_index) {
     channel.rule = ChannelRule::first;
+  } else if (kind == PassKind::ambient_occlusion) {
+    channel.rule = ChannelRule::share;
   } else if (kind == PassKind::sample_count) {
     channel.rule = ChannelRule::sample_count;
   } else if (kind == PassKind::error) {

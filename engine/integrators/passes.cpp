@@ -16,6 +16,9 @@ namespace lambent {
 namespace {
 
 constexpr float k_no_depth = 1e10f;
+/// One sample in so many traces a ray for ambient occlusion that serves nothing else, and samples what a surface
+/// receives where the integrator does not. The numbers of numbers() make up for the fewer samples.
+constexpr uint32_t k_occlusion_step = 2, k_received_step = 8;
 /// Where a path stands that leaves the first surface to ask what it receives.
 constexpr PathCounts k_counts_behind_first{k_ray_shadow, 1, 0, 0, 0, 0};
 
@@ -44,9 +47,14 @@ bool scatters_by_cosine(const Lobe& lobe, const ShadingPoint& point) {
   }
 }
 
-/// @param parts of the evaluation of the pair, or null
-ClassShares class_shares(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world, const EvalParts* parts) {
-  return parts && parts->known ? parts->class_shares() : bsdf.class_shares(wi_world, wo_world, Transport::radiance);
+/// Returns the class that has all of a pair of directions, or none and sets `shares`. @param parts of the evaluation of
+/// the pair, or null
+inline std::optional<LobeClass> class_shares(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world,
+                                             const EvalParts* parts, ClassShares& shares) {
+  const bool known = parts && parts->known;
+  if (known && parts->only_event) return parts->only_class;
+  shares = known ? parts->class_shares() : bsdf.class_shares(wi_world, wo_world, Transport::radiance);
+  return std::nullopt;
 }
 
 /// Of all lobes, by their weights.
@@ -96,6 +104,18 @@ float PassRecorder::random() {
   return unit_float(random_state_);
 }
 
+/// Multiples of irrational numbers, shifted by hashing: the first two fill the square evenly (Roberts 2018, "The
+/// Unreasonable Effectiveness of Quasirandom Sequences": R2), the third is the golden section's.
+Vec3 PassRecorder::numbers(Own what, uint32_t step) const {
+  constexpr uint32_t k_kinds = 3;
+  uint32_t shift =
+      hash_combine(hash_combine(plan_.settings_.seed, static_cast<uint32_t>(x_)), static_cast<uint32_t>(y_));
+  shift = hash_combine(shift, surfaces_ * k_kinds + static_cast<uint32_t>(what));
+  const uint32_t index = sample_ / step;
+  return {unit_float(shift + index * 3242174889u), unit_float(hash_combine(shift, 1) + index * 2447445414u),
+          unit_float(hash_combine(shift, 2) + index * 2654435769u)};
+}
+
 void PassRecorder::start_clock() {
   if (plan_.data_slots_.time >= 0 || plan_.data_slots_.render_time >= 0) start_ = std::chrono::steady_clock::now();
 }
@@ -110,6 +130,7 @@ void PassRecorder::begin(int x, int y, uint32_t sample, std::span<float> floats)
   x_ = x;
   y_ = y;
   sample_ = sample;
+  surfaces_ = 0;
   random_begun_ = false;
   vertices_ = 0;
   events_ = {};
@@ -179,6 +200,7 @@ void PassRecorder::evaluate(const SurfaceBinding& binding, const ShadingPoint& p
 void PassRecorder::visible(const SurfaceHit& hit, const SurfaceBinding& binding, const ShadingPoint& point,
                            const Bsdf& bsdf, const Color& throughput) {
   if (data_.empty()) return;
+  ++surfaces_;
   const PassPlan::DataSlots& slots = plan_.data_slots_;
   const float seen = average(throughput);
   const float cover = seen * (1.0f - average(bsdf.transparency()));
@@ -193,8 +215,9 @@ void PassRecorder::visible(const SurfaceHit& hit, const SurfaceBinding& binding,
   for (const PassPlan::Pass& pass : plan_.mattes_)
     if (scene_.in_matte(point.object_index, pass.matte)) *at(pass) += cover;
   if (!plan_.aovs_.empty() && cover != 0.0f && binding.program->aov_count() > 0) add_aovs(*binding.program, cover);
-  receiving_ = shared_ && !plan_.received_.empty();
-  if (!plan_.received_.empty() && !shared_) sample_received(hit, point, bsdf, throughput);
+  receiving_ = shared_ && slots.shadow >= 0;
+  if (slots.shadow >= 0 && !shared_ && samples_for_passes(k_received_step))
+    sample_received(hit, point, bsdf, throughput);
   if (!saw_surface_ && opaque_enough(binding, bsdf)) {
     if (slots.first_surface) first_surface(hit, point, bsdf, seen);
     saw_surface_ = true;
@@ -203,8 +226,15 @@ void PassRecorder::visible(const SurfaceHit& hit, const SurfaceBinding& binding,
 
 void PassRecorder::add_colors(const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput) {
   const PassPlan::DataSlots& slots = plan_.data_slots_;
+  if (const std::optional<LobeClass> only = bsdf.class_of_only_lobe()) {
+    const Color albedo = bsdf.albedo(point.wi_world);
+    add_if(slots.colors[static_cast<size_t>(*only)], throughput * albedo);
+    add_if(slots.denoising_albedo, throughput * (bsdf.emission() + albedo));
+    return;
+  }
   const ClassAlbedos albedos = bsdf.class_albedos(point.wi_world);
-  for (size_t c = 0; c < slots.colors.size(); ++c) add_if(slots.colors[c], throughput * albedos.of[c]);
+  for (size_t c = 0; c < slots.colors.size(); ++c)
+    if (slots.colors[c] >= 0 && !is_black(albedos.of[c])) add_to(slots.colors[c], throughput * albedos.of[c]);
   add_if(slots.denoising_albedo, throughput * (bsdf.emission() + albedos.of[0] + albedos.of[1] + albedos.of[2]));
 }
 
@@ -225,12 +255,19 @@ float PassRecorder::mist(const ShadingPoint& point) const {
 
 void PassRecorder::add_ids(const SurfaceBinding& binding, const ShadingPoint& point, float cover) {
   const PassPlan::DataSlots& slots = plan_.data_slots_;
+  const auto add = [&](int sample_float, float id) {
+    if (sample_float < 0) return;
+    float* const slot = values_ + sample_float;
+    if (slot[1] > 0.0f) return add_id(sample_float, id, cover);
+    slot[0] = id;  // the commonest: the first that the sample sees
+    slot[1] = cover;
+  };
   if (slots.cryptomatte_object >= 0 || slots.cryptomatte_asset >= 0) {
     const auto& ids = scene_.ids(point.object_index);
-    add_id(slots.cryptomatte_object, ids.object, cover);
-    add_id(slots.cryptomatte_asset, ids.asset, cover);
+    add(slots.cryptomatte_object, ids.object);
+    add(slots.cryptomatte_asset, ids.asset);
   }
-  add_id(slots.cryptomatte_material, binding.material_id, cover);
+  add(slots.cryptomatte_material, binding.material_id);
 }
 
 /// What evaluate() found at the surface.
@@ -293,21 +330,23 @@ void PassRecorder::add_motion(const Vec4& motion_px) {
 /// Of what a ray from the point, by the cosine, meets nothing within the distance that the world asks for.
 void PassRecorder::occlusion(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, float cover) {
   occlusion_cover_ = cover;
-  const auto shares_ray = [&](const Lobe& lobe) { return scatters_by_cosine(lobe, point); };
-  const std::span<const Lobe> lobes = bsdf.lobes();
-  if (shared_ && scene_.profile().alike_for_shadows && std::any_of(lobes.begin(), lobes.end(), shares_ray))
+  values_[plan_.data_slots_.ambient_occlusion + 2] += cover;
+  if (shared_ && scene_.profile().alike_for_shadows && !bsdf.empty())
     occlusion_ = Occlusion::scattering;
   else
     occlude(hit, point);
 }
 
 void PassRecorder::occlude(const SurfaceHit& hit, const ShadingPoint& point) {
-  const Vec2 u(random(), random());
-  const Vec3 direction = Frame::from_normal(point.ns_world).to_world(sample_cosine_hemisphere(u));
-  if (!(dot(direction, point.ng_world) > 0.0f)) return;
-  const Vec3 origin = offset_origin(hit.p_world, hit.p_error, hit.ng_world, direction);
-  add_occlusion(occlusion_cover_ *
-                open({origin, 0.0f, direction, plan_.settings_.ambient_occlusion_distance_m, k_visible_shadow}));
+  if (!samples_for_passes(k_occlusion_step)) return;
+  const Vec3 u = numbers(Own::occlusion, k_occlusion_step);
+  const Vec3 direction = Frame::from_normal(point.ns_world).to_world(sample_cosine_hemisphere({u.x, u.y}));
+  float found = 0.0f;  // below the surface
+  if (dot(direction, point.ng_world) > 0.0f) {
+    const Vec3 origin = offset_origin(hit.p_world, hit.p_error, hit.ng_world, direction);
+    found = open({origin, 0.0f, direction, plan_.settings_.ambient_occlusion_distance_m, k_visible_shadow});
+  }
+  add_occlusion(found, static_cast<float>(k_occlusion_step));
 }
 
 void PassRecorder::sampled(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, const BsdfSample& sample,
@@ -317,24 +356,29 @@ void PassRecorder::sampled(const SurfaceHit& hit, const ShadingPoint& point, con
   // Which lobe is picked does not depend on where it scatters to.
   if (picked < 0 || !scatters_by_cosine(bsdf.lobes()[static_cast<size_t>(picked)], point)) {
     occlude(hit, point);
-  } else if (sample.event != k_scatter_none) {  // else below the surface
+  } else if (sample.event == k_scatter_none) {  // below the surface
+    add_occlusion(0.0f);
+  } else {
     occlusion_ = Occlusion::next_ray;
     occlusion_ray_ = ray_from_surface(hit.p_world, hit.p_error, hit.ng_world, sample.wo_world, k_visible_shadow);
     occlusion_ray_.t_max = plan_.settings_.ambient_occlusion_distance_m;
   }
 }
 
-void PassRecorder::add_occlusion(float amount) { add_to(plan_.data_slots_.ambient_occlusion, Color(amount)); }
+/// @param weight how many samples it stands for
+void PassRecorder::add_occlusion(float open, float weight) {
+  float* const sums = values_ + plan_.data_slots_.ambient_occlusion;
+  sums[0] += weight * occlusion_cover_ * open;
+  sums[1] += weight * occlusion_cover_;
+}
 
 /// How much of the light along the ray gets there.
 float PassRecorder::open(const Ray& ray) const { return average(transmittance(ray)); }
 
 void PassRecorder::next_ray(float t, const Program* met) {
   occlusion_ = Occlusion::done;
-  if (!met || t > occlusion_ray_.t_max)
-    add_occlusion(occlusion_cover_);
-  else if (met->traits().may_be_transparent)
-    add_occlusion(occlusion_cover_ * open(occlusion_ray_));
+  const bool free = !met || t > occlusion_ray_.t_max;
+  add_occlusion(free ? 1.0f : met->traits().may_be_transparent ? open(occlusion_ray_) : 0.0f);
 }
 
 /// As rays from what the camera sees meet it.
@@ -349,8 +393,8 @@ void PassRecorder::sample_received(const SurfaceHit& hit, const ShadingPoint& po
   if (!bsdf.has_non_delta()) return;
   if (scene_.lights().has_even_world()) receive_world(hit, point, bsdf, throughput);
   if (scene_.lights().empty(EvenWorld::left_to_scattering)) return;
-  const Vec2 u(random(), random());
-  const LightSample light = scene_.lights().sample(hit.p_world, light_receiver_normal(bsdf, point.ng_world), u,
+  const Vec3 u = numbers(Own::light, k_received_step);
+  const LightSample light = scene_.lights().sample(hit.p_world, light_receiver_normal(bsdf, point.ng_world), {u.x, u.y},
                                                    scene_.light_choices(hit.instance, EvenWorld::left_to_scattering));
   if (!light || !(light.pdf_solid_angle > 0.0f) || !scene_.reaches(light.traits->linked.receivers, hit.instance))
     return;
@@ -370,9 +414,8 @@ void PassRecorder::sample_received(const SurfaceHit& hit, const ShadingPoint& po
 /// A world that looks alike from all sides, by a ray that the surface scatters (LightSet: nothing finds it better).
 void PassRecorder::receive_world(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf,
                                  const Color& throughput) {
-  const float choice = random();
-  const Vec2 u(random(), random());
-  const BsdfSample sample = bsdf.sample(point.wi_world, choice, u, Transport::radiance, ReversePdf::no);
+  const Vec3 u = numbers(Own::world, k_received_step);
+  const BsdfSample sample = bsdf.sample(point.wi_world, u.z, {u.x, u.y}, Transport::radiance, ReversePdf::no);
   constexpr uint8_t k_others = k_scatter_delta | k_scatter_transparent | k_scatter_subsurface | k_scatter_portal;
   if (sample.event == k_scatter_none || (sample.event & k_others)) return;
   BounceState bounces;
@@ -397,10 +440,8 @@ void PassRecorder::add_hidden_world(const Vec3& direction_world, const Color& th
 }
 
 void PassRecorder::received(const Color& shadowed, const Color& unshadowed) {
-  for (const PassPlan::Pass& pass : plan_.received_) {
-    add_to(pass, shadowed);
-    add_to(pass.divisor, unshadowed);
-  }
+  add_to(plan_.data_slots_.shadow, shadowed);
+  add_to(plan_.data_slots_.unshadowed, unshadowed);
 }
 
 void PassRecorder::scattered(uint32_t instance, const Bsdf& bsdf, const Vec3& wi_world, const BsdfSample& sample,
@@ -410,10 +451,12 @@ void PassRecorder::scattered(uint32_t instance, const Bsdf& bsdf, const Vec3& wi
     met_other_ = met_other_ || scene_.instance(instance).holdout;
   }
   const bool delta = sample.event & k_scatter_delta;
-  if (classes_ && vertices_ == 0)
-    first_ =
-        delta ? ClassShares::all_of(sample.event & k_scatter_transmission ? LobeClass::transmission : LobeClass::glossy)
-              : class_shares(bsdf, wi_world, sample.wo_world, parts);
+  if (classes_ && vertices_ == 0) {
+    if (delta)
+      first_only_ = sample.event & k_scatter_transmission ? LobeClass::transmission : LobeClass::glossy;
+    else
+      first_only_ = class_shares(bsdf, wi_world, sample.wo_world, parts, first_);
+  }
   if (events_wanted_) events_.append(delta ? sample.event : event_at(bsdf, wi_world, sample.wo_world, parts));
   ++vertices_;
 }
@@ -435,7 +478,7 @@ uint8_t PassRecorder::event_of_several(const Bsdf& bsdf, const Vec3& wi_world, c
 
 void PassRecorder::met(const Color& value, LightSource source, uint16_t group) {
   add(value, {vertices_, vertices_ > 0 ? &first_ : nullptr, events_, source, group, Technique::emission_hit,
-              on_matte_ && met_other_});
+              on_matte_ && met_other_, first_only_});
   if (source == LightSource::background && vertices_ == 0) add_background_albedo(value);
 }
 
@@ -479,8 +522,9 @@ void PassRecorder::joined(const Color& value, uint32_t instance, const Bsdf& bsd
                    (met_other_ || here.holdout || (walk && meets_other(*walk, light_side.count)));
   }
   ClassShares here;
+  path.first_only = first_only_;
   if (classes_ && vertices_ == 0) {
-    here = class_shares(bsdf, wi_world, wo_world, parts);
+    path.first_only = class_shares(bsdf, wi_world, wo_world, parts, here);
     path.first = &here;
   }
   // Paths of one event make no caustics.
@@ -505,7 +549,7 @@ void PassRecorder::add_other(OtherPicture picture, const Color& radiance, float 
 void PassRecorder::finish(const Vec4& picture, const Color& behind) {
   const float all[4] = {picture.x, picture.y, picture.z, picture.w};
   std::copy_n(all, 4, values_);
-  if (occlusion_ == Occlusion::next_ray) add_occlusion(occlusion_cover_ * open(occlusion_ray_));
+  if (occlusion_ == Occlusion::next_ray) add_occlusion(open(occlusion_ray_));
   for (const PassPlan::Pass& pass : plan_.pictures_) std::copy_n(all, pass.kind == PassKind::noisy ? 4 : 3, at(pass));
   for (const PassPlan::Pass& pass : plan_.late_) {
     if (pass.kind == PassKind::without_shadow) add_to(pass, other(OtherPicture::without_shadows));
@@ -530,7 +574,7 @@ void PassRecorder::finish(const Vec4& picture, const Color& behind) {
 
 bool PassRecorder::takes(const PassPlan::Pass& pass, const PathSignature& path, const Color& value, Color& part) {
   const auto of_class = [&](LobeClass c) {
-    part = value * path.first->of[static_cast<int>(c)];
+    part = path.share(c, value);
     return !is_black(part);
   };
   const int n = path.vertices;
@@ -580,8 +624,11 @@ void PassRecorder::add(const Color& radiance, const PathSignature& path) {
     add_if(path.source == LightSource::background ? slots_.environment : slots_.emission, value);
   } else {
     const std::array<int, k_lobe_classes>& classes = path.vertices == 1 ? slots_.direct : slots_.indirect;
-    for (size_t c = 0; c < classes.size(); ++c)
-      if (classes[c] >= 0) add_to(classes[c], value * path.first->of[c]);
+    if (path.first_only)
+      add_if(classes[static_cast<size_t>(*path.first_only)], value);
+    else
+      for (size_t c = 0; c < classes.size(); ++c)
+        if (classes[c] >= 0) add_to(classes[c], value * path.first->of[c]);
   }
   if (path.group < slots_.groups.size()) add_if(slots_.groups[path.group], value);
   add_if(slots_.techniques[static_cast<size_t>(path.technique)], value);
@@ -589,7 +636,7 @@ void PassRecorder::add(const Color& radiance, const PathSignature& path) {
     const int receiver = caustic_receiver(path);
     // The receiver's own scattering counts by share, the events after it as they were chosen.
     if (receiver > 0) add_if(slots_.caustics_indirect, value);
-    if (receiver == 0) add_if(slots_.caustics_direct, value * path.first->of[static_cast<size_t>(LobeClass::diffuse)]);
+    if (receiver == 0) add_if(slots_.caustics_direct, path.share(LobeClass::diffuse, value));
   }
   for (const PassPlan::Pass& pass : slots_.by_rule) {
     Color part;
@@ -597,9 +644,8 @@ void PassRecorder::add(const Color& radiance, const PathSignature& path) {
   }
 }
 
-/// @param sample_float -1: nowhere
+/// @param weight above 0
 void PassRecorder::add_id(int sample_float, float id, float weight) {
-  if (sample_float < 0 || !(weight > 0.0f)) return;
   float* slot = values_ + sample_float;
   for (int i = 0; i < k_ids_a_sample; ++i, slot += 2) {
     if (slot[1] > 0.0f && slot[0] != id && i + 1 < k_ids_a_sample) continue;

@@ -172,6 +172,7 @@ class PassPlan {
     int denoising_albedo = -1, denoising_specular_albedo = -1, denoising_roughness = -1, mist = -1,
         ambient_occlusion = -1;
     int cryptomatte_object = -1, cryptomatte_material = -1, cryptomatte_asset = -1;
+    int shadow = -1, unshadowed = -1;
     int vector = -1, vector_weight = -1, normal = -1, uv = -1, denoising_normal = -1, denoising_depth = -1;
     int time = -1, render_time = -1;
     bool albedos = false, sharp = false, ids = false, normals = false, first_surface = false;  ///< some of these
@@ -197,11 +198,11 @@ class PassPlan {
   inline static const std::vector<Pass> k_none;
   PassSettings settings_;
   std::vector<FilmChannel> channels_{{.name = "combined", .splats = true}};
-  std::vector<Pass> light_;                     ///< sums what paths bring
-  std::vector<Pass> data_;                      ///< shows what the camera sees, or how it was sampled
-  std::vector<Pass> pictures_, late_;           ///< those of them that are known when the sample is done
-  std::vector<Pass> looked_at_;                 ///< those of rule first
-  std::vector<Pass> received_, aovs_, mattes_;  ///< those of data_ of these kinds
+  std::vector<Pass> light_;            ///< sums what paths bring
+  std::vector<Pass> data_;             ///< shows what the camera sees, or how it was sampled
+  std::vector<Pass> pictures_, late_;  ///< those of them that are known when the sample is done
+  std::vector<Pass> looked_at_;        ///< those of rule first
+  std::vector<Pass> aovs_, mattes_;    ///< those of data_ of these kinds
   LightSlots slots_;
   DataSlots data_slots_;
   std::vector<Copy> copies_;
@@ -216,13 +217,20 @@ class PassPlan {
 
 /// What light came through, for the passes of light.
 struct PathSignature {
-  int vertices = 0;                    ///< n of technique.h
-  const ClassShares* first = nullptr;  ///< of the scattering at x_1; null if n = 0 or no pass asks for it
-  EventSequence events;                ///< at x_1 ... x_n; kept only if a pass asks for it
+  int vertices = 0;  ///< n of technique.h
+  const ClassShares* first =
+      nullptr;           ///< of the scattering at x_1; null if n = 0 or no pass asks for it, see first_only
+  EventSequence events;  ///< at x_1 ... x_n; kept only if a pass asks for it
   LightSource source = LightSource::lamp;
   uint16_t group = 0;  ///< number of the light's group
   Technique technique = Technique::emission_hit;
   bool brought = false;  ///< to a matte (x_1) by way of an object that is none; told in the picture catcher_lit alone
+  std::optional<LobeClass> first_only = {};  ///< the class that has all of it at x_1: `first` is not looked at
+
+  Color share(LobeClass c, const Color& value) const {
+    if (first_only) return *first_only == c ? value : Color(0.0f);
+    return value * first->of[static_cast<size_t>(c)];
+  }
 };
 
 /// One thread's: follows one sample at a time.
@@ -230,7 +238,8 @@ struct PathSignature {
 /// A kernel that does next event at the first surface, and whose walk goes on from there, may share both: what its
 /// light and its next ray show are the light received and the occlusion that passes ask for (share()). An even world is
 /// no light that its next event chooses: the surface receives it by the next ray, by what that meets. Else the recorder
-/// samples a light and traces rays of its own.
+/// samples a light and traces rays of its own, in some of the samples: a Shadow pass is a ratio of sums, to which it
+/// does not matter how many there are, and ambient occlusion a share (ChannelRule::share).
 class PassRecorder {
  public:
   /// Keeps references.
@@ -327,6 +336,12 @@ class PassRecorder {
  private:
   /// Uniform in [0, 1).
   float random();
+  /// What the surface seen `surface`-th in the sample samples for passes alone.
+  enum class Own : uint32_t { occlusion, light, world };
+  /// Whether this sample is the one in `step` that does so.
+  bool samples_for_passes(uint32_t step) const { return sample_ % step == 0; }
+  /// Uniform in [0, 1)³ and well spread over those samples.
+  Vec3 numbers(Own what, uint32_t step) const;
   static bool takes(const PassPlan::Pass& pass, const PathSignature& path, const Color& value, Color& part);
   void add(const Color& value, const PathSignature& path);
   void add_to(const PassPlan::Pass& pass, const Color& value) { add_to(pass.sample, value); }
@@ -355,7 +370,7 @@ class PassRecorder {
   bool opaque_enough(const SurfaceBinding& binding, const Bsdf& bsdf) const;
   void occlusion(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, float cover);
   void occlude(const SurfaceHit& hit, const ShadingPoint& point);
-  void add_occlusion(float amount);
+  void add_occlusion(float open, float weight = 1.0f);
   float open(const Ray& ray) const;
   void add_hidden_world(const Vec3& direction_world, const Color& throughput, const PathCounts& counts);
   void receive_world(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput);
@@ -379,6 +394,7 @@ class PassRecorder {
   bool world_hidden_ = false;  ///< ... and something stands before it
   int x_ = 0, y_ = 0;
   uint32_t sample_ = 0;
+  uint32_t surfaces_ = 0;  ///< seen in the sample so far
   bool random_begun_ = false;
   uint32_t random_state_ = 0;
   std::chrono::steady_clock::time_point start_;
@@ -387,6 +403,7 @@ class PassRecorder {
   // The camera walk under way.
   int vertices_ = 0;
   ClassShares first_;  ///< at x_1
+  std::optional<LobeClass> first_only_;
   EventSequence events_;
   bool on_matte_ = false, met_other_ = false;  ///< x_1 is on a matte; an object that is none has scattered the walk
   bool saw_surface_ = false;                   ///< one that is opaque enough for normals, UVs...

@@ -108,6 +108,24 @@ Term eval_term(const Lobe& lobe, BumpShadowing rule, const Vec3& ng, const Vec3&
   return term;
 }
 
+/// Of a lobe that is no delta, for a pair of directions.
+struct KindFacts {
+  LobeClass one;
+  uint8_t event;
+};
+using FactsBySide = std::array<KindFacts, 2>;  ///< by `apart`
+const std::array<FactsBySide, static_cast<size_t>(LobeKind::thin_transmission) + 1> k_kind_facts = [] {
+  std::array<FactsBySide, static_cast<size_t>(LobeKind::thin_transmission) + 1> facts;
+  for (size_t k = 0; k < facts.size(); ++k)
+    for (const bool apart : {false, true}) {
+      const LobeKind kind = static_cast<LobeKind>(k);
+      facts[k][apart] = {class_of(kind, apart),
+                         static_cast<uint8_t>((is_diffuse(kind) ? k_scatter_diffuse : k_scatter_glossy) |
+                                              (goes_through(kind, apart) ? k_scatter_transmission : 0))};
+    }
+  return facts;
+}();
+
 void add_event(EventShares& shares, LobeKind kind, bool apart, float pdf) {
   const bool transmitted = goes_through(kind, apart);
   (transmitted ? shares.transmission : is_diffuse(kind) ? shares.diffuse : shares.glossy) += pdf;
@@ -301,7 +319,13 @@ BsdfEval Bsdf::eval_lobes(const Vec3& wi_world, const Vec3& wo_world, Transport 
                           EvalParts* parts) const {
   BsdfEval result;
   if (!has_non_delta_) return result;
-  if constexpr (wants_parts) parts->known = true;
+  if constexpr (wants_parts) {
+    parts->known = true;
+    if (count_ > 1) {
+      parts->f_cos.fill(Color(0.0f));
+      parts->pdf = {};
+    }
+  }
   const bool reverse = reverse_pdf == ReversePdf::yes;
   const Shares& selected = shares(wi_world);
   float selected_reverse = 0.0f;
@@ -314,14 +338,16 @@ BsdfEval Bsdf::eval_lobes(const Vec3& wi_world, const Vec3& wo_world, Transport 
     result.f_cos += term.f_cos;
     result.pdf_solid_angle += selected.of[i] * term.pdf;
     if constexpr (wants_parts) {
-      const bool apart = dot(lobe.n, wi_world) * dot(lobe.n, wo_world) < 0.0f;
-      const LobeClass one = class_of(lobe.kind, apart);
-      parts->f_cos[static_cast<size_t>(one)] += term.f_cos;
+      const bool by_side = lobe.kind == LobeKind::glass || is_fibre(lobe.kind);
+      const bool apart = by_side && dot(lobe.n, wi_world) * dot(lobe.n, wo_world) < 0.0f;
+      const KindFacts& facts = k_kind_facts[static_cast<size_t>(lobe.kind)][apart];
       if (count_ == 1) {
-        parts->only_event = event_of(lobe, apart);
-        parts->only_class = one;
+        parts->only_event = facts.event;
+        parts->only_class = facts.one;
+      } else {
+        parts->f_cos[static_cast<size_t>(facts.one)] += term.f_cos;
+        add_event(parts->pdf, lobe.kind, apart, selected.of[i] * term.pdf);
       }
-      add_event(parts->pdf, lobe.kind, apart, selected.of[i] * term.pdf);
     }
     result.pdf_reverse_solid_angle += share_reverse * term.pdf_reverse;
   }
@@ -392,9 +418,8 @@ BsdfSample Bsdf::sample_lobes(const Vec3& wi_world, float u_choice, const Vec2& 
     result.lobe = picked;
     if constexpr (wants_parts) {
       parts->known = true;
-      parts->f_cos[static_cast<size_t>(LobeClass::diffuse)] = result.weight * result.pdf_solid_angle;
-      parts->pdf.diffuse = result.pdf_solid_angle;
       parts->only_event = k_scatter_diffuse;
+      parts->only_class = LobeClass::diffuse;
     }
     return result;
   }
@@ -543,10 +568,18 @@ ClassShares EvalParts::shares_of_several() const {
 }
 
 ClassShares Bsdf::class_shares(const Vec3& wi_world, const Vec3& wo_world, Transport transport) const {
+  if (!has_non_delta_) return ClassShares::all_of(LobeClass::glossy);
   if (const std::optional<LobeClass> only = only_class(wi_world, wo_world)) return ClassShares::all_of(*only);
   EvalParts parts;
   eval(wi_world, wo_world, transport, ReversePdf::no, parts);
   return parts.class_shares();
+}
+
+std::optional<LobeClass> Bsdf::class_of_only_lobe() const {
+  if (count_ != 1) return std::nullopt;
+  const LobeKind kind = lobes_[0].kind;
+  if (kind == LobeKind::transparent || kind == LobeKind::portal || kind == LobeKind::glass) return std::nullopt;
+  return class_of(kind, transmits_alone(kind));
 }
 
 ClassAlbedos Bsdf::class_albedos(const Vec3& wi_world) const {

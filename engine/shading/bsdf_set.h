@@ -17,14 +17,20 @@ enum class ReversePdf : uint8_t { no, yes };
 /// What evaluating all lobes for a pair of directions tells besides: what each class of lobes has of f_cos, and each
 /// kind of event of pdf_solid_angle (not normalised). For passes.
 struct EvalParts {
-  std::array<Color, k_lobe_classes> f_cos{Color(0.0f), Color(0.0f), Color(0.0f)};
-  EventShares pdf;
-  bool known = false;  ///< false: nothing had to be evaluated
-  int picked = -1;     ///< sample(): number of the lobe chosen, also where the sample fails; -1: none
-  /// Where there is one lobe alone, its event and class, which say the same with less work; else k_scatter_none.
+  std::array<Color, k_lobe_classes> f_cos;  ///< set where known and only_event is not
+  EventShares pdf;                          ///< likewise
+  bool known = false;                       ///< false: nothing had to be evaluated
+  int picked = -1;  ///< sample(): number of the lobe chosen, also where the sample fails; -1: none
+  /// Where there is one lobe alone, its event and class, which say all that f_cos and pdf would; else k_scatter_none.
   uint8_t only_event = k_scatter_none;
   LobeClass only_class = LobeClass::diffuse;
 
+  EvalParts() {}  // leaves f_cos and pdf uninitialised on purpose
+  void clear() {
+    known = false;
+    picked = -1;
+    only_event = k_scatter_none;
+  }
   /// As Bsdf::class_shares(). Requires known.
   ClassShares class_shares() const { return only_event ? ClassShares::all_of(only_class) : shares_of_several(); }
 
@@ -63,6 +69,9 @@ class Bsdf {
   void set_bump_shadowing(BumpShadowing rule) { bump_shadowing_ = rule; }
   /// Takes the place of the point's interpolated normal: a displacement's bump is not darkened as bump maps are.
   void set_shading_normal(const Vec3& n_world) { ns_world_ = n_world; }
+
+  /// The class that albedo() is of where there is one lobe and class_albedos() has it in one class; else none.
+  std::optional<LobeClass> class_of_only_lobe() const;
 
   /// Drops the lobes that reflect, that refract or both, mirrors included: what a walk meets after a diffuse surface
   /// where caustics are switched off (Cycles drops closures, not paths; so the rest is sampled as if they were not

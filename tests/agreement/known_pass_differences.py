@@ -45,6 +45,7 @@ k_cycles_3 = {
         "included, comes out up to 4% dark",
         {"Combined": (5, 0.3), "Diffuse Direct": (5, 0.5)}),
     "Combined_sky": Known("as Combined", 10, 0.5),
+    "Combined_keys": Known("as Combined", 1, 0.3),  # tile (144, 48) of the clearcoat, 240 px wide
 }  # fmt: skip
 k_cycles_4 = {
     **k_any_cycles,

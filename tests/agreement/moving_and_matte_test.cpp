@@ -255,7 +255,7 @@ TEST(ShadowPassesOfGroups, are_nothing_where_only_the_chosen_objects_send_light)
         for (size_t k = 0; k < 3; ++k) {
           ASSERT_EQ(channels.at("without_shadow" + group)[3 * i + k], 0.0f) << integrator;
           ASSERT_EQ(channels.at("shadow_ratio" + group)[3 * i + k], 0.0f) << integrator;
-          ASSERT_EQ(channels.at("shadow_difference" + group)[3 * i + k], channels.at("combined")[4 * i + k])
+          ASSERT_FLOAT_EQ(channels.at("shadow_difference" + group)[3 * i + k], channels.at("combined")[4 * i + k])
               << integrator;
         }
   }

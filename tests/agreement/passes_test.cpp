@@ -237,7 +237,10 @@ TEST(PassesOfARender, shadow_and_occlusion_are_the_same_however_they_are_found) 
       std::map<std::string, std::vector<double>> means;
       SceneMaker maker = one.maker;
       maker.settings.integrator = integrator;
-      maker.settings.samples = 64;  // a ratio of sums: its bias falls with their number
+      // Many samples of few pixels: they are spread within pixels, so that means of as many vary less, and what is a
+      // ratio of sums is less biased.
+      maker.settings.width = maker.settings.height = 8;
+      maker.settings.samples = 512;
       for (const char* kind : {"shadow", "ambient_occlusion"}) maker.settings.passes.push_back({kind, kind, ""});
       for (uint32_t batch = 0; batch < k_batches / 2; ++batch) {
         maker.settings.seed = first_seed + batch;
@@ -338,7 +341,10 @@ TEST(ShadowPasses, say_so_where_no_object_is_chosen) {
   maker.object("ball").shadow_pass = false;
   Report report;
   const Values values = values_of(render(maker.transaction(), 0, nullptr, &report));
-  EXPECT_EQ(values.at("without_shadow"), values.at("combined"));
+  const std::vector<double>&without = values.at("without_shadow"), &whole = values.at("combined");
+  ASSERT_EQ(without.size(), whole.size());
+  for (size_t i = 0; i < whole.size(); ++i)
+    ASSERT_FLOAT_EQ(static_cast<float>(without[i]), static_cast<float>(whole[i]));
   ASSERT_EQ(report.messages().size(), 1u);
   EXPECT_NE(report.messages()[0].text.find("no object"), std::string::npos);
 }

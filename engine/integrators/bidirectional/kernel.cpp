@@ -301,14 +301,19 @@ void Kernel<profile>::join(const Here& here, const Sampler& sampler, uint32_t ev
 
 template <KernelProfile profile>
 BsdfEval Kernel<profile>::eval(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world) {
-  if (passes_) return bsdf.eval(wi_world, wo_world, Transport::radiance, ReversePdf::yes, parts_ = {});
+  if (passes_) {
+    parts_.clear();
+    return bsdf.eval(wi_world, wo_world, Transport::radiance, ReversePdf::yes, parts_);
+  }
   return bsdf.eval(wi_world, wo_world, Transport::radiance);
 }
 
 template <KernelProfile profile>
 BsdfSample Kernel<profile>::sample(const Bsdf& bsdf, const Vec3& wi_world, const EventNumbers& numbers) {
-  if (passes_)
-    return bsdf.sample(wi_world, numbers.lobe, numbers.direction, Transport::radiance, ReversePdf::yes, parts_ = {});
+  if (passes_) {
+    parts_.clear();
+    return bsdf.sample(wi_world, numbers.lobe, numbers.direction, Transport::radiance, ReversePdf::yes, parts_);
+  }
   return bsdf.sample(wi_world, numbers.lobe, numbers.direction, Transport::radiance);
 }
 

@@ -32,12 +32,12 @@ Color Kernel<profile, recording>::add(const Color& contribution, bool indirect) 
   return added;
 }
 
-/// @param parts set where there are passes
+/// @param parts as they begin; set where there are passes
 template <KernelProfile profile, bool recording>
 BsdfEval Kernel<profile, recording>::eval(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world,
                                           EvalParts& parts) {
   if constexpr (recording)
-    return bsdf.eval(wi_world, wo_world, Transport::radiance, ReversePdf::no, parts = {});
+    return bsdf.eval(wi_world, wo_world, Transport::radiance, ReversePdf::no, parts);
   else
     return bsdf.eval(wi_world, wo_world, Transport::radiance, ReversePdf::no);
 }
@@ -45,10 +45,12 @@ BsdfEval Kernel<profile, recording>::eval(const Bsdf& bsdf, const Vec3& wi_world
 template <KernelProfile profile, bool recording>
 BsdfSample Kernel<profile, recording>::sample(const Bsdf& bsdf, const Vec3& wi_world, const EventNumbers& numbers,
                                               EvalParts& parts) {
-  if constexpr (recording)
-    return bsdf.sample(wi_world, numbers.lobe, numbers.direction, Transport::radiance, ReversePdf::no, parts = {});
-  else
+  if constexpr (recording) {
+    parts.clear();
+    return bsdf.sample(wi_world, numbers.lobe, numbers.direction, Transport::radiance, ReversePdf::no, parts);
+  } else {
     return bsdf.sample(wi_world, numbers.lobe, numbers.direction, Transport::radiance, ReversePdf::no);
+  }
 }
 
 /// Light that the walk met.

@@ -1,8 +1,10 @@
 // Bad input for the bidirectional family: the picture is right or a message says what is not.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <chrono>
 #include <cmath>
+#include <optional>
 
 #include "tests/agreement/batches.h"
 
@@ -179,6 +181,47 @@ TEST_P(FamilyBadInput, emission_inside_glass_agrees_with_the_path_tracer) {
   maker.settings.max_bounces = 5;
   expect_same(render_batches(maker, GetParam(), 16, 10), render_batches(maker, "PT", 16, 900), 60,
               std::string("emission inside glass ") + GetParam());
+}
+
+/// R, G, B and alpha alone.
+BatchMeans whole(BatchMeans means) {
+  means.names.erase(means.names.begin(), means.names.end() - 4);
+  means.values.erase(means.values.begin(), means.values.end() - 4);
+  return means;
+}
+
+TEST_P(FamilyBadInput, pictures_of_one_pixel_thin_strips_and_regions_of_a_few_pixels_are_right) {
+  const std::string_view name = GetParam();
+  struct Shape {
+    const char* text;
+    int width, height;
+    int64_t samples;
+    std::optional<std::array<int, 4>> region;
+  };
+  const Shape shapes[] = {
+      {"1 x 1", 1, 1, 1024, {}}, {"3 x 10000", 3, 10000, 2, {}}, {"3 x 2 of 48 x 40", 48, 40, 512, {{20, 5, 23, 7}}}};
+  for (const Shape& shape : shapes) {
+    SceneMaker maker(shape.width, shape.height, shape.samples);
+    maker.material("grey", diffuse(Color(0.6f)));
+    maker.mesh("floor", {{-2, -1, -1}, {2, -1, -1}, {2, -1, -4}, {-2, -1, -4}}, {{0, 1, 2}, {0, 2, 3}}, "grey");
+    maker.mesh("wall", {{-2, -1, -4}, {2, -1, -4}, {2, 3, -4}, {-2, 3, -4}}, {{0, 1, 2}, {0, 2, 3}}, "grey");
+    description::Light lamp;
+    lamp.energy = 100.0f;
+    lamp.radius_m = 0.3f;
+    maker.light("lamp", lamp, Transform::translation({0.5f, 0.8f, -2}));
+    maker.settings.max_bounces = 3;
+    maker.settings.region = shape.region;
+    if (name == "PPM" || name == "BPM") {  // a pixel of these is metres wide, and merging blurs by its width
+      maker.settings.samples = 8;
+      picture_of(maker);
+      continue;
+    }
+    SceneMaker other = maker;
+    other.settings.merge_radius_px = 0.02f;
+    // Over the whole: hardly a light walk of LT comes to a few pixels of a strip.
+    expect_same(whole(render_batches(other, GetParam(), 8, 10)), whole(render_batches(maker, "PT", 8, 900)),
+                5 * 4 * static_cast<int>(std::size(shapes)), std::string(shape.text) + " " + GetParam());
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(, FamilyBadInput, testing::Values("PT", "LT", "VPL", "BPT", "PPM", "BPM", "VCM"),

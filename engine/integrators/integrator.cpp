@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -58,11 +59,36 @@ void report_lost_light(const std::string& name, const Scene& scene, Report& repo
                              name, fmt::join(lost, "', '"), more ? fmt::format(" and {} more", more) : ""));
 }
 
+void report_merge_radius(const std::string& name, float merge_radius_px, int side_px, Report& report) {
+  const TechniqueSet* set = find_techniques(name);
+  if (!set || !set->merging) return;
+  const bool merges = merge_radius_px > 0.0f && std::isfinite(merge_radius_px);
+  if (!merges && !set->light_tracing)  // VCM is BPT then
+    report.warning(
+        "merge_radius", name,
+        fmt::format("{} finds by merging what others find by other means, and does not merge within a radius "
+                    "of {} pixels: that light is missing.",
+                    name, merge_radius_px));
+  if (merges && merge_radius_px > static_cast<float>(side_px))
+    report.warning(
+        "merge_radius", name,
+        fmt::format("{} merges within a radius of {} pixels, more than the picture has: its light is blurred "
+                    "away and takes long to find.",
+                    name, merge_radius_px));
+}
+
 double splat_unit(const std::string& name, const Scene& scene, float exposure) {
   const TechniqueSet* set = find_techniques(name);
   if (!set || !set->light_tracing) return 0.0;
   // Radiance of a scene-sized diffuse wall that gets all light, and room for 256 times that.
-  const double radius = scene.lights().scene_radius();
+  double radius = scene.lights().scene_radius();
+  // The flux from afar grows with the scene. That of lamps does not: where something lies a long way off it would count
+  // for so little that what they light is out of the film's range.
+  if (!scene.lights().emits_from_afar()) {
+    constexpr double k_largest_over_distance = 1e4;
+    const double distance = bidirectional::typical_distance(scene, bidirectional::points_seen(scene));
+    if (distance > 0.0) radius = std::min(radius, k_largest_over_distance * distance);
+  }
   const double unit =
       256.0 * scene.lights().flux() / (std::numbers::pi * radius * radius) * std::fabs(static_cast<double>(exposure));
   return unit > 0.0 && std::isfinite(unit) ? unit : 1.0;

@@ -121,6 +121,9 @@ std::vector<std::string> integrator_names();
 /// none and suns over scenes far larger than what is seen, and those without whole camera walks what scatters under
 /// surfaces.
 void report_lost_light(const std::string& name, const Scene& scene, Report& report);
+/// Says where an integrator that merges cannot, because its radius is 0, or blurs all, because it exceeds the picture.
+/// @param side_px the picture's larger side
+void report_merge_radius(const std::string& name, float merge_radius_px, int side_px, Report& report);
 /// FilmSettings::splat_unit for that integrator and scene: 0 if it makes no splats.
 double splat_unit(const std::string& name, const Scene& scene, float exposure);
 

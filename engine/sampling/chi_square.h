@@ -1,6 +1,7 @@
 // Pearson's chi-square test of samplers against their densities: for unit tests.
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "engine/base/vec.h"
@@ -28,10 +29,29 @@ ChiSquareResult chi_square_test(const std::vector<double>& observed, const std::
 /// 1967).
 double sidak_significance(int tests);
 
+/// Integral of `density(Vec2 position)` over the rectangle [low, low + size) by the midpoint rule: of 32² points, then
+/// of four times as many until that changes it by less than `tolerance(integral)`, or there are `most_steps`².
+template <typename Density, typename Tolerance>
+double midpoint_integral(const Imath::V2d& low, const Imath::V2d& size, Density&& density, int most_steps,
+                         Tolerance&& tolerance) {
+  double before = std::numeric_limits<double>::infinity();
+  for (int steps = std::min(32, most_steps);; steps = std::min(2 * steps, most_steps)) {
+    double sum = 0.0;
+    for (int i = 0; i < steps; ++i)
+      for (int j = 0; j < steps; ++j)
+        sum += static_cast<double>(density(Vec2(static_cast<float>(low.x + (i + 0.5) / steps * size.x),
+                                                static_cast<float>(low.y + (j + 0.5) / steps * size.y))));
+    const double integral = sum * size.x * size.y / (static_cast<double>(steps) * steps);
+    if (steps == most_steps || std::fabs(integral - before) <= tolerance(integral)) return integral;
+    before = integral;
+  }
+}
+
 /// Tests a sampler over the rectangle [low, high): draws `count` samples with `sample(Vec2 u) -> Vec2 position`
 /// (positions outside count as failures to sample and are ignored) and compares them in 10 x 20 cells with
-/// `density(Vec2 position)`, integrated by the midpoint rule with `steps`² points a cell. The density need not
-/// integrate to 1: it must integrate to the probability of sampling anything.
+/// `density(Vec2 position)`, integrated with at most `steps`² points a cell and no more than until four times as many
+/// change a cell by less than a twentieth of its standard error. The density need not integrate to 1: it must integrate
+/// to the probability of sampling anything.
 template <typename Sample, typename Density>
 ChiSquareResult chi_square_test_2d(const Vec2& low, const Vec2& high, Sample&& sample, Density&& density,
                                    int steps = 32, int count = 1'000'000, uint64_t seed = 1) {
@@ -48,18 +68,12 @@ ChiSquareResult chi_square_test_2d(const Vec2& low, const Vec2& high, Sample&& s
     observed[static_cast<size_t>(row * k_columns + column)] += 1.0;
   }
   double total = 0.0;
-  const double cell_area = static_cast<double>(size.x) * static_cast<double>(size.y) / (k_rows * k_columns);
+  const Imath::V2d cell(static_cast<double>(size.x) / k_rows, static_cast<double>(size.y) / k_columns);
+  const auto twentieth_of_standard_error = [&](double probability) { return 0.05 * std::sqrt(probability / count); };
   for (int row = 0; row < k_rows; ++row)
     for (int column = 0; column < k_columns; ++column) {
-      double sum = 0.0;
-      for (int i = 0; i < steps; ++i)
-        for (int j = 0; j < steps; ++j) {
-          const double x = (row + (i + 0.5) / steps) / k_rows, y = (column + (j + 0.5) / steps) / k_columns;
-          sum += static_cast<double>(
-              density(Vec2(static_cast<float>(static_cast<double>(low.x) + x * static_cast<double>(size.x)),
-                           static_cast<float>(static_cast<double>(low.y) + y * static_cast<double>(size.y)))));
-        }
-      const double probability = sum * cell_area / (steps * steps);
+      const Imath::V2d corner(static_cast<double>(low.x) + row * cell.x, static_cast<double>(low.y) + column * cell.y);
+      const double probability = midpoint_integral(corner, cell, density, steps, twentieth_of_standard_error);
       total += probability;
       expected[static_cast<size_t>(row * k_columns + column)] = probability * count;
     }

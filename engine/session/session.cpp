@@ -319,6 +319,8 @@ RenderOutcome Session::State::render(const std::shared_ptr<Run>& run_pointer) {
   if (built && *built) {
     passes = pass_plan(settings, ***built, report);
     report_lost_light(settings.integrator, ***built, report);
+    report_merge_radius(settings.integrator, settings.merge_radius_px, std::max(settings.width, settings.height),
+                        report);
   }
   std::array<std::shared_ptr<const Scene>, k_other_pictures> others;
   for (size_t i = 0; i < others.size(); ++i) {

@@ -1,8 +1,10 @@
 // Bad input for the bidirectional family: the picture is right or a message says what is not.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <chrono>
 #include <cmath>
+#include <optional>
 
 #include "tests/agreement/batches.h"
 
@@ -93,12 +95,21 @@ TEST_P(FamilyBadInput, a_scene_of_one_point_or_of_points_far_apart_is_no_trouble
   picture_of(far);
 }
 
-TEST_P(FamilyBadInput, merge_radii_of_zero_and_of_1e9_are_harmless) {
+TEST_P(FamilyBadInput, merge_radii_of_zero_and_of_1e9_are_harmless_and_named_where_light_is_lost) {
   SceneMaker maker = floor_under_sun();
-  maker.settings.merge_radius_px = 0.0f;
-  picture_of(maker);
-  maker.settings.merge_radius_px = 1e9f;
-  picture_of(maker);
+  maker.settings.integrator = GetParam();
+  const std::string_view name = GetParam();
+  for (const float radius_px : {0.0f, 2.0f, 1e9f}) {
+    maker.settings.merge_radius_px = radius_px;
+    picture_of(maker);
+    Report report;
+    render(maker.transaction(), 0, nullptr, &report);
+    bool named = false;
+    for (const Message& message : report.messages()) named |= message.code == "merge_radius";
+    const bool merges_alone = name == "PPM" || name == "BPM";
+    EXPECT_EQ(named, radius_px == 0.0f ? merges_alone : radius_px > 8.0f && (merges_alone || name == "VCM"))
+        << radius_px;
+  }
 }
 
 TEST_P(FamilyBadInput, settings_that_are_not_numbers_are_harmless) {
@@ -179,6 +190,63 @@ TEST_P(FamilyBadInput, emission_inside_glass_agrees_with_the_path_tracer) {
   maker.settings.max_bounces = 5;
   expect_same(render_batches(maker, GetParam(), 16, 10), render_batches(maker, "PT", 16, 900), 60,
               std::string("emission inside glass ") + GetParam());
+}
+
+TEST_P(FamilyBadInput, something_far_away_leaves_what_lamps_light_as_it_is) {
+  SceneMaker maker(8, 8, 64);
+  maker.material("grey", diffuse(Color(0.5f)));
+  maker.mesh("floor", {{-2, -2, -2}, {2, -2, -2}, {2, 2, -2}, {-2, 2, -2}}, {{0, 1, 2}, {0, 2, 3}}, "grey");
+  description::Light lamp;
+  lamp.energy = 10.0f;
+  maker.light("lamp", lamp, Transform::translation({0, 0, -1}));
+  maker.settings.max_bounces = 2;
+  const float expected = mean(picture_of(maker)).value.x;
+  for (const float distance : {1e7f, 1e12f, 1e30f}) {
+    SceneMaker far = maker;
+    far.mesh("far", {{distance, 0, 0}, {distance, 1, 0}, {distance, 0, 1}}, {{0, 1, 2}}, "grey");
+    EXPECT_NEAR(mean(picture_of(far)).value.x, expected, 0.05f * expected) << distance;
+  }
+}
+
+/// R, G, B and alpha alone.
+BatchMeans whole(BatchMeans means) {
+  means.names.erase(means.names.begin(), means.names.end() - 4);
+  means.values.erase(means.values.begin(), means.values.end() - 4);
+  return means;
+}
+
+TEST_P(FamilyBadInput, pictures_of_one_pixel_thin_strips_and_regions_of_a_few_pixels_are_right) {
+  const std::string_view name = GetParam();
+  struct Shape {
+    const char* text;
+    int width, height;
+    int64_t samples;
+    std::optional<std::array<int, 4>> region;
+  };
+  const Shape shapes[] = {
+      {"1 x 1", 1, 1, 1024, {}}, {"3 x 10000", 3, 10000, 2, {}}, {"3 x 2 of 48 x 40", 48, 40, 512, {{20, 5, 23, 7}}}};
+  for (const Shape& shape : shapes) {
+    SceneMaker maker(shape.width, shape.height, shape.samples);
+    maker.material("grey", diffuse(Color(0.6f)));
+    maker.mesh("floor", {{-2, -1, -1}, {2, -1, -1}, {2, -1, -4}, {-2, -1, -4}}, {{0, 1, 2}, {0, 2, 3}}, "grey");
+    maker.mesh("wall", {{-2, -1, -4}, {2, -1, -4}, {2, 3, -4}, {-2, 3, -4}}, {{0, 1, 2}, {0, 2, 3}}, "grey");
+    description::Light lamp;
+    lamp.energy = 100.0f;
+    lamp.radius_m = 0.3f;
+    maker.light("lamp", lamp, Transform::translation({0.5f, 0.8f, -2}));
+    maker.settings.max_bounces = 3;
+    maker.settings.region = shape.region;
+    if (name == "PPM" || name == "BPM") {  // a pixel of these is metres wide, and merging blurs by its width
+      maker.settings.samples = 8;
+      picture_of(maker);
+      continue;
+    }
+    SceneMaker other = maker;
+    other.settings.merge_radius_px = 0.02f;
+    // Over the whole: hardly a light walk of LT comes to a few pixels of a strip.
+    expect_same(whole(render_batches(other, GetParam(), 8, 10)), whole(render_batches(maker, "PT", 8, 900)),
+                5 * 4 * static_cast<int>(std::size(shapes)), std::string(shape.text) + " " + GetParam());
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(, FamilyBadInput, testing::Values("PT", "LT", "VPL", "BPT", "PPM", "BPM", "VCM"),

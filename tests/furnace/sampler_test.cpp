@@ -38,7 +38,7 @@ ChiSquareResult test_density(const std::vector<Lobe>& lobes, const Vec3& wi, Tra
   return chi_square_test_2d(
       {0.0f, -k_pi}, {k_pi, k_pi},
       [&](const Vec2& u) {
-        const BsdfSample sample = bsdf.sample(wi, choice.next_1d(), u, transport);
+        const BsdfSample sample = bsdf.sample(wi, choice.next_1d(), u, transport, ReversePdf::no);
         if (sample.event == k_scatter_none) return Vec2(10.0f, 10.0f);
         const Vec3& wo = sample.wo_world;
         return Vec2(std::acos(std::clamp(wo.z, -1.0f, 1.0f)), std::atan2(wo.y, wo.x));

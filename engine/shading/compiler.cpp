@@ -405,7 +405,10 @@ void Compiler::add_aov(int index) {
     ClosureUse use;
     use.kind = ClosureKind::emission;
     use.parameter_count = 3;
-    aovs_.push_back({static_cast<uint32_t>(program_->closures.size()), {expressions_.number(1.0f), r, g, b}});
+    const bool nothing = expressions_.is_number(r, 0.0f) && expressions_.is_number(g, 0.0f) &&
+                         expressions_.is_number(b, 0.0f);  // as it is without code
+    if (!nothing)
+      aovs_.push_back({static_cast<uint32_t>(program_->closures.size()), {expressions_.number(1.0f), r, g, b}});
     program_->closures.push_back(use);
   };
   add(expressions_.part(color, 0, 1), expressions_.part(color, 1, 1), expressions_.part(color, 2, 1));
@@ -417,7 +420,9 @@ void Compiler::add_aov(int index) {
 void Compiler::generate_aovs() {
   std::vector<Expressions::Closure> all = surface_;
   all.insert(all.end(), aovs_.begin(), aovs_.end());
-  for (; !program_->aovs.empty(); all.resize(all.size() - 2), program_->aovs.pop_back()) {
+  for (; !program_->aovs.empty(); program_->aovs.pop_back()) {
+    const size_t end = program_->first_aov_closure + 2 * program_->aovs.size();
+    while (!all.empty() && all.back().index >= end) all.pop_back();
     program_->surface_with_aovs = {};
     if (expressions_.generate(all, program_->surface_with_aovs)) break;
     report_.warning("unsupported", name_,

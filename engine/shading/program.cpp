@@ -213,6 +213,7 @@ void Program::evaluate_with_aovs(const ShadingPoint& point, const TextureSystem*
                                  std::span<AovValue> aovs) const {
   bsdf.begin(point);
   bsdf.set_bump_shadowing(data_->bump_shadowing);
+  std::fill(aovs.begin(), aovs.end(), AovValue());
   run_surface<true>(*data_, data_->surface_with_aovs, point, textures, bsdf, aovs.data());
 }
 

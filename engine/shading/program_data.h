@@ -267,7 +267,8 @@ class ProgramData {
  public:
   Code surface, transparency, emission;
   /// AOV output nodes by name, and what computes them with the surface: two emission closures each, its colour and its
-  /// number three times, from `first_aov_closure` on; for a colour by itself is what those sum.
+  /// number three times, from `first_aov_closure` on (without code where they are always 0); for a colour by itself is
+  /// what those sum.
   std::vector<std::string> aovs;
   Code surface_with_aovs;
   uint32_t first_aov_closure = 0;

@@ -30,6 +30,9 @@ constexpr int k_blocks = 16;
 constexpr double k_most_share = 64.0;
 /// Connections of a camera walk at most; and the time of one, in rays of the walks.
 constexpr double k_most_picks = 32.0, k_rays_of_pick = 1.3;
+/// Of the variance of a pick, what is left however many there are, since all pick from one pool of some hundred
+/// vertices: from how errors of neighbouring pixels were correlated on the door ajar (0.02 to 0.04).
+constexpr double k_left_by_pool = 0.03;
 
 /// What one camera walk saw, and what each connection brought of it.
 struct View {
@@ -231,6 +234,7 @@ class GuidePilot {
     later_vertices /= static_cast<double>(views.size());
     const double rays = static_cast<double>(rays_) / static_cast<double>(views.size()) -
                         0.5 * (k_trials.first + k_trials.later * later_vertices);
+    of_rest += k_left_by_pool * (of_first + of_later);
     // (rest + first / p + later / q) (rays + p's rays + q's rays) is least there.
     const auto best = [&](double of_pick, double vertices) {
       if (!(of_pick > 0.0)) return 1;

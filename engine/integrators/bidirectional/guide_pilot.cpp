@@ -30,6 +30,8 @@ constexpr int k_blocks = 16;
 constexpr double k_most_share = 64.0;
 /// Connections of a camera walk at most; and the time of one, in rays of the walks.
 constexpr double k_most_picks = 32.0, k_rays_of_pick = 1.3;
+/// Where later vertices would have fewer, they connect to the own walk, whose vertices are in the nearest caches.
+constexpr int k_least_later_picks = 2;
 /// Of the variance of a pick, what is left however many there are, since all pick from one pool of some hundred
 /// vertices: from how errors of neighbouring pixels were correlated on the door ajar (0.02 to 0.04).
 constexpr double k_left_by_pool = 0.03;
@@ -242,7 +244,8 @@ class GuidePilot {
           std::sqrt(of_pick / std::max(of_rest, 1e-6 * of_pick) * std::max(rays, 1.0) / (k_rays_of_pick * vertices));
       return static_cast<int>(std::lround(std::clamp(picks, 1.0, k_most_picks)));
     };
-    return {best(of_first, 1.0), best(of_later, later_vertices)};
+    const int later = best(of_later, later_vertices);
+    return {best(of_first, 1.0), later < k_least_later_picks ? 0 : later};
   }
 
   const Scene& scene_;

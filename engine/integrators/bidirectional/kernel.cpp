@@ -288,7 +288,7 @@ void Kernel<profile>::join(const Here& here, const Sampler& sampler, uint32_t ev
   if (!here.bsdf.has_non_delta()) return;
   if (pass_.set.next_event && !scene_.lights().empty(even_world(pass_.set))) next_event(here);
   if (pass_.set.connections) {
-    if (pass_.pool)
+    if (pass_.pool && pass_.pool->picks(here.i == first_) > 0)
       connect_to_pool(here, sampler, event_index);
     else
       connect(here, walk_, 1.0f);

@@ -128,6 +128,7 @@ class Kernel {
     return static_cast<float>(pass_.pool->picks(first)) * pass_.guide->chosen(region, light_leaf);
   }
   float later_connections(int place_of_m, int light_leaf) const {
+    if (pass_.pool->picks(false) == 0) return 1.0f;
     return connections(false, pass_.guide->later_region(place_of_m), light_leaf);
   }
   /// ... with x_m the camera walk's newest vertex.

@@ -59,7 +59,7 @@ class ConnectionGuide {
   std::vector<float> all_;             ///< [light leaf]
 };
 
-/// Connections of the first vertex of a camera walk that connects, and of each later one.
+/// Connections of the first vertex of a camera walk that connects, and of each later one; 0: to the own light walk.
 struct ConnectionPicks {
   int first = 1, later = 1;
 };

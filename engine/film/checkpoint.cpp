@@ -81,10 +81,13 @@ void place_doubles(const FilmSettings& settings, const FilmLayout& layout, std::
     for (const int c : order) {
       const FilmLayout::Place& place = layout.places[static_cast<size_t>(c)];
       const int components = settings.channels[static_cast<size_t>(c)].components;
-      double* const exact = doubles.data() + pixel * static_cast<size_t>(layout.doubles) + place.sum;
-      float* const rounded = floats.data() + pixel * static_cast<size_t>(layout.floats) + place.sum;
-      for (int k = 0; k < components; ++k, ++from)
-        (place.exact ? exact[k] = *from : rounded[k] = static_cast<float>(*from));
+      const size_t first =
+          pixel * static_cast<size_t>(place.exact ? layout.doubles : layout.floats) + static_cast<size_t>(place.sum);
+      if (place.exact)
+        std::copy_n(from, components, doubles.data() + first);
+      else
+        std::transform(from, from + components, floats.data() + first, [](double sum) { return float(sum); });
+      from += components;
     }
 }
 

@@ -336,11 +336,11 @@ class PassRecorder {
  private:
   /// Uniform in [0, 1).
   float random();
-  /// What the surface seen `surface`-th in the sample samples for passes alone.
+  /// What a surface is sampled for by passes alone.
   enum class Own : uint32_t { occlusion, light, world };
   /// Whether this sample is the one in `step` that does so.
   bool samples_for_passes(uint32_t step) const { return sample_ % step == 0; }
-  /// Uniform in [0, 1)³ and well spread over those samples.
+  /// Uniform in [0, 1)³ and well spread over those samples; others for each surface that one sees.
   Vec3 numbers(Own what, uint32_t step) const;
   static bool takes(const PassPlan::Pass& pass, const PathSignature& path, const Color& value, Color& part);
   void add(const Color& value, const PathSignature& path);

@@ -14,8 +14,6 @@ namespace lambent {
 
 namespace {
 
-float inverse_square(float d) { return 1.0f / d * (1.0f / d); }
-
 /// Rays of a light walk: those that light itself casts are as shadow rays see the scene, the others as scattered ones.
 uint32_t mask_at(int depth) { return depth == 1 ? k_visible_shadow : k_visible_diffuse; }
 

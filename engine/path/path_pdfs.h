@@ -25,6 +25,9 @@
 
 namespace lambent {
 
+/// 1/d², of distances whose squares leave the range of floats too.
+inline float inverse_square(float d) { return 1.0f / d * (1.0f / d); }
+
 /// Facts about a vertex that decide which techniques exist.
 enum PathVertexFlag : uint8_t {
   k_connectible = 1,     ///< the path's event there has a density

@@ -1,6 +1,8 @@
 // Pearson's chi-square test of samplers against their densities: for unit tests.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <vector>
 

@@ -55,15 +55,17 @@ float adjoint(const Vec3& ng, const Vec3& wi, const Vec3& wo, Transport transpor
   return cos_wi > 1e-6f ? std::fabs(dot(wo, ng)) / cos_wi : 0.0f;
 }
 
-/// @param apart the two directions, by the lobe's normal
+/// Of a lobe that is no delta. @param apart the two directions, by the lobe's normal
+uint8_t event_of(LobeKind kind, bool apart) {
+  return static_cast<uint8_t>((is_diffuse(kind) ? k_scatter_diffuse : k_scatter_glossy) |
+                              (goes_through(kind, apart) ? k_scatter_transmission : 0));
+}
+
 uint8_t event_of(const Lobe& lobe, bool apart) {
   if (lobe.kind == LobeKind::transparent) return k_scatter_transparent | k_scatter_delta;
   if (lobe.kind == LobeKind::portal) return k_scatter_portal | k_scatter_transparent | k_scatter_delta;
   if (lobe.kind == LobeKind::subsurface) return k_scatter_subsurface | k_scatter_delta;
-  uint8_t event = is_diffuse(lobe.kind) ? k_scatter_diffuse : k_scatter_glossy;
-  if (goes_through(lobe.kind, apart)) event |= k_scatter_transmission;
-  if (is_delta(lobe)) event |= k_scatter_delta;
-  return event;
+  return static_cast<uint8_t>(event_of(lobe.kind, apart) | (is_delta(lobe) ? k_scatter_delta : 0));
 }
 
 // One lobe's share of the mixture for a pair of directions.
@@ -119,9 +121,7 @@ const std::array<FactsBySide, static_cast<size_t>(LobeKind::thin_transmission) +
   for (size_t k = 0; k < facts.size(); ++k)
     for (const bool apart : {false, true}) {
       const LobeKind kind = static_cast<LobeKind>(k);
-      facts[k][apart] = {class_of(kind, apart),
-                         static_cast<uint8_t>((is_diffuse(kind) ? k_scatter_diffuse : k_scatter_glossy) |
-                                              (goes_through(kind, apart) ? k_scatter_transmission : 0))};
+      facts[k][apart] = {class_of(kind, apart), event_of(kind, apart)};
     }
   return facts;
 }();
@@ -532,7 +532,7 @@ std::optional<LobeClass> Bsdf::only_class(const Vec3& wi_world, const Vec3& wo_w
 }
 
 std::optional<uint8_t> Bsdf::only_event(const Vec3& wi_world, const Vec3& wo_world) const {
-  return only(wi_world, wo_world, event_of);
+  return only(wi_world, wo_world, [](const Lobe& lobe, bool apart) { return event_of(lobe, apart); });
 }
 
 EventShares Bsdf::event_shares(const Vec3& wi_world, const Vec3& wo_world) const {

@@ -16,6 +16,9 @@
 
 namespace lambent::bidirectional {
 
+/// Steps of the golden section: each by itself is uniform.
+inline constexpr float k_golden = 0.61803399f;
+
 /// What connections to the pool bring, for who learns.
 struct ConnectionLog {
   struct From {
@@ -138,8 +141,20 @@ class Kernel {
   /// Joins the vertex to lights, light walks and photons, as far as the techniques do.
   void join(const Here& here, const Sampler& sampler, uint32_t event_index);
   /// Of the camera walk's surface; with passes parts_ too.
-  BsdfEval eval(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world);
-  BsdfSample sample(const Bsdf& bsdf, const Vec3& wi_world, const EventNumbers& numbers);
+  BsdfEval eval(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world) {
+    if (passes_) {
+      parts_.clear();
+      return bsdf.eval(wi_world, wo_world, Transport::radiance, ReversePdf::yes, parts_);
+    }
+    return bsdf.eval(wi_world, wo_world, Transport::radiance);
+  }
+  BsdfSample sample(const Bsdf& bsdf, const Vec3& wi_world, const EventNumbers& numbers) {
+    if (passes_) {
+      parts_.clear();
+      return bsdf.sample(wi_world, numbers.lobe, numbers.direction, Transport::radiance, ReversePdf::yes, parts_);
+    }
+    return bsdf.sample(wi_world, numbers.lobe, numbers.direction, Transport::radiance);
+  }
   void next_event(const Here& here);
   void connect(const Here& here, const LightWalk& walk, float scale);
   void connect_to_pool(const Here& here, const Sampler& sampler, uint32_t event_index);
@@ -154,7 +169,9 @@ class Kernel {
   void splat(const Vec2& raster_px, float u);
 
   /// The scatter at x_i towards the next vertex, as far as the densities of what lies before it go.
-  void set_scatter(const Here& here, const BsdfEval& eval);
+  void set_scatter(const Here& here, const BsdfEval& eval) {
+    if (here.i > 1) pdfs_.light[here.i - 1] = eval.pdf_reverse_solid_angle * here.previous_per_solid_angle;
+  }
   /// Appends a light walk's densities: `vertex` becomes x_index, those nearer to the light follow.
   void append_light(PathPdfs& pdfs, int index, const LightWalk& walk, const LightVertex& vertex,
                     const LightScatter& scatter) const;

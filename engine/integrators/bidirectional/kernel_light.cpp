@@ -119,7 +119,7 @@ void Kernel<profile>::splat(const Vec2& raster_px, float u) {
     for (int x = x0; x < x1; ++x) {
       float density = splat_x_[static_cast<size_t>(x - x0)] * splat_y_[static_cast<size_t>(y - y0)];
       if (density < k_thin_share) {
-        u += 0.6180340f;  // golden section steps: each by itself is uniform
+        u += k_golden;
         u -= std::floor(u);
         if (u * k_thin_share >= density) continue;
         density = k_thin_share;

@@ -60,9 +60,10 @@ double ConnectionGuide::worth(const LightWalk& walk) const {
 
 void VertexPool::set(std::vector<Vertex> vertices, const ConnectionPicks& picks, const ConnectionGuide& guide) {
   set(std::move(vertices), picks);
-  below_.reserve(vertices_.size() * static_cast<size_t>(guide.regions()));
+  const int regions = picks_.later > 0 ? guide.regions() : guide.first_regions();  // that choose
+  below_.reserve(vertices_.size() * static_cast<size_t>(regions));
   std::vector<double> likely(vertices_.size());
-  for (int region = 0; region < guide.regions(); ++region) {
+  for (int region = 0; region < regions; ++region) {
     double all = 0.0, sum = 0.0;
     for (size_t i = 0; i < vertices_.size(); ++i) {
       const int leaf = (*vertices_[i]).place;

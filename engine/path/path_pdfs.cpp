@@ -29,6 +29,9 @@ float sum_of_ratios(const PathPdfs& pdfs, const TechniqueSet& set, const Techniq
   const float* l = pdfs.light.data();
   const uint8_t* flags = pdfs.flags.data();
   const auto power = [](float ratio) { return merging ? ratio : ratio * ratio; };
+  // Of a camera walk's way on from x_i, i >= 1; `power` makes k_shared_scatter of it.
+  constexpr float k_shared = merging ? k_shared_scatter : k_root_of_shared_scatter;
+  const auto shared = [&](int i) { return flags[i] & k_connectible ? k_shared : 1.0f; };
   float sum = 0.0f;
   const auto merge_term = [&](int i, float q) {
     if constexpr (merging) {
@@ -95,6 +98,7 @@ float sum_of_ratios(const PathPdfs& pdfs, const TechniqueSet& set, const Techniq
     merge_term(i, q * l[i]);
     if (!(flags[i] & k_light_scatters)) break;
     q *= l[i] / c[i];
+    if (i > 1) q /= shared(i - 1);
     connection_term(i - 1, q);
   }
   // Towards the light.
@@ -102,6 +106,7 @@ float sum_of_ratios(const PathPdfs& pdfs, const TechniqueSet& set, const Techniq
   for (i = start + 1; i <= n; ++i) {
     if (c[i] == 0.0f) break;
     q *= c[i] / l[i];
+    if (i > 1) q *= shared(i - 1);
     merge_term(i, q * l[i]);
     if (i < n)
       connection_term(i, q);

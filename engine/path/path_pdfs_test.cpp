@@ -20,10 +20,13 @@ struct Oracle {
   const MergeReach& reach;
 
   bool flag(int i, uint8_t which) const { return (pdfs.flags[static_cast<size_t>(i)] & which) == which; }
-  /// C_i
+  /// C_i, times what scatters that later vertices share count for.
   double camera(int i) const {
+    const double shared = std::pow(static_cast<double>(k_shared_scatter), set.merging ? 1.0 : 0.5);
     double product = 1.0;
-    for (int j = 1; j <= i; ++j) product *= static_cast<double>(pdfs.camera[static_cast<size_t>(j)]);
+    for (int j = 1; j <= i; ++j)
+      product *= static_cast<double>(pdfs.camera[static_cast<size_t>(j)]) *
+                 (j > 1 && flag(j - 1, k_connectible) ? shared : 1.0);
     return product;
   }
   /// L_i: 0 where no light walk gets.

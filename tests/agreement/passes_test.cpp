@@ -11,7 +11,9 @@
 #include <set>
 #include <span>
 
+#include "engine/integrators/integrator.h"
 #include "tests/agreement/integrator_scenes.h"
+#include "tests/common/direct_render.h"
 #include "tests/common/welch.h"
 
 namespace lambent::test {
@@ -221,6 +223,31 @@ TEST(PassesOfARender, of_another_kind_under_the_same_name_are_not_continued) {
   EXPECT_EQ(run("CD.*L", "", path), RenderStatus::finished);
   EXPECT_EQ(run("CG.*L", "", path), RenderStatus::failed);
   std::remove(path.c_str());
+}
+
+// That the others are never reached is CHECKed whenever something splats; that those that are have planes, that passes
+// add up and have the path tracer's expectation (above).
+TEST(PassesOfARender, have_memory_for_splats_only_where_light_tracing_may_reach_them) {
+  const auto scene = build_scene(cases().front().maker);
+  std::vector<PassRequest> requests;
+  for (const description::Pass& pass : with_passes(cases().front().maker, 1).settings.passes)
+    requests.push_back({pass.name, pass.kind, pass.argument});
+  const std::set<std::string> never{"emission", "environment", "technique_unidirectional", "technique_merging"};
+  for (const auto& [integrator, direct] : {std::pair{"LT", true}, {"BPT", false}, {"VCM", false}}) {
+    PassSettings settings;
+    settings.first_light_tracing = first_light_tracing(integrator);
+    Report report;
+    const auto plan = PassPlan::create(requests, *scene, settings, report);
+    ASSERT_TRUE(plan);
+    const FilmLayout layout(plan->channels());
+    for (size_t c = 1; c <= requests.size(); ++c) {
+      const std::string& name = plan->channels()[c].name;
+      const bool data = name.ends_with("_color") || name == "ambient_occlusion";
+      const bool reached =
+          !data && !never.contains(name) && (direct || !name.ends_with("_direct") || name == "caustics_direct");
+      EXPECT_EQ(layout.places[c].plane >= 0, reached) << integrator << " " << name;
+    }
+  }
 }
 
 // PT, BPT and VCM tell it by their own next event and next ray, PPM's recorder samples for itself.

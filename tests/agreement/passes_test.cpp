@@ -295,6 +295,35 @@ TEST(PassesOfARender, shadow_and_occlusion_are_the_same_however_they_are_found) 
   EXPECT_EQ(tested, chosen.size());
 }
 
+// Where little light is at stake the path tracer asks by roulette what stands before it, for the pass too.
+TEST(PassesOfARender, shadow_is_the_same_where_small_shadow_rays_play_roulette) {
+  for (const IntegratorCase& one : light_cases()) {
+    if (one.name != "light_mixture") continue;
+    const auto batches = [&](float threshold, uint32_t first_seed) {
+      std::vector<double> means;
+      SceneMaker maker = one.maker;
+      maker.settings.integrator = "PT";
+      maker.settings.width = maker.settings.height = 8;
+      maker.settings.samples = 1024;
+      maker.settings.light_threshold = threshold;
+      maker.settings.passes.push_back({"shadow", "shadow", ""});
+      for (uint32_t batch = 0; batch < k_batches / 2; ++batch) {
+        maker.settings.seed = first_seed + batch;
+        const Picture picture = render(maker.transaction());
+        double sum = 0.0;
+        for (size_t i = 0; i < picture.pixels.size(); i += 7) sum += static_cast<double>(picture.pixels[i + 4]);
+        means.push_back(sum / 64.0);
+      }
+      return means;
+    };
+    const std::vector<double> all = batches(0.0f, 100), some = batches(0.3f, 1000);
+    const WelchResult test = welch_test(some, all, 1e-4);
+    EXPECT_GT(test.p_value, 1e-4) << test.difference << " +- " << test.standard_error << " from " << all.front();
+    return;
+  }
+  FAIL() << "no such scene";
+}
+
 /// The scene, its ball chosen for passes of shadows, with these passes.
 SceneMaker with_shadow_passes(const std::string& integrator, const std::string& name) {
   for (const IntegratorCase& one : lobe_cases())

@@ -147,12 +147,6 @@ CameraRay Camera::sample_ray(const Vec2& raster_px, const Vec2& u_lens, float ti
   return ray;
 }
 
-Vec2 Camera::raster_of(const Vec3& p_world) const {
-  const Vec3 q = to_camera(p_world - origin_);
-  if (projection_ == Projection::orthographic) return raster_of_plane({q.x, q.y});
-  return q.z != 0.0f ? raster_of_plane({q.x / q.z, q.y / q.z}) : Vec2(0.0f, 0.0f);
-}
-
 CameraPdf Camera::pdf(const Vec3& origin_world, const Vec3& direction_world) const {
   CameraPdf pdf;
   const Vec3 d = to_camera(direction_world);

@@ -109,7 +109,11 @@ class Camera {
 
   /// Raster position of a point, as the lens' centre sees it: also of points behind the camera, mirrored, and (0, 0) of
   /// those in its plane.
-  Vec2 raster_of(const Vec3& p_world) const;
+  Vec2 raster_of(const Vec3& p_world) const {
+    const Vec3 q = to_camera(p_world - origin_);
+    if (projection_ == Projection::orthographic) return raster_of_plane({q.x, q.y});
+    return q.z != 0.0f ? raster_of_plane({q.x / q.z, q.y / q.z}) : Vec2(0.0f, 0.0f);
+  }
 
   /// World space to the camera's: x right, y up, z along the optical axis.
   Transform camera_from_world() const;

@@ -1,11 +1,12 @@
 // A film on disk: a header, then one zstd frame (with checksum) of the exact sums. Little-endian.
 //
 //   "LMBTFILM", u32 version, u64 bytes of the header text, header text, zstd frame of
-//   sums f64[P][D] and f32[P][F], ids f32[P][I], their weights f32[P][I], counts u32[P], second moments f64[P] and
+//   sums f64[P][D] and f32[P][F], things with their ids f32[P][T][1 + I], counts u32[P], second moments f64[P] and
 //   stopped u8[P] (if the header has them), light paths u64 and splats (SplatBuffer::integers; if the header has them).
 // The header text holds the identity and the layout; it must be equal to the loading film's, byte by byte.
-// Version 4, which is read too, has all sums f64[P][S], those of rule mean in the order of the channels before those of
-// other rules, and weights f64[P][I].
+// Versions 4 and 5, which are read too, have ids f32[P][T] and then their weights f32[P][T] for each channel of ids;
+// where there are several they do not say which go together, and are refused. Version 4 has all sums f64[P][S], those
+// of rule mean in the order of the channels before those of other rules, and weights f64[P][T].
 #include <fmt/format.h>
 #include <unistd.h>
 #include <zstd.h>
@@ -28,7 +29,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 constexpr char k_magic[8] = {'L', 'M', 'B', 'T', 'F', 'I', 'L', 'M'};
-constexpr uint32_t k_version = 5, k_all_doubles = 4;
+constexpr uint32_t k_version = 6, k_ids_apart = 5, k_all_doubles = 4;
 constexpr uint64_t k_header_limit = 1 << 20;
 constexpr int k_level = 1;  // sums of noise hardly compress; untouched regions do at any level
 
@@ -130,8 +131,7 @@ Status Film::save(const std::string& path, const std::string& identity) const {
   uint64_t light_paths = this->light_paths();
   const Part parts[] = {part(s.doubles),
                         part(s.floats),
-                        part(s.ids),
-                        part(s.id_weights),
+                        part(s.things),
                         part(s.counts),
                         part(s.second_moments),
                         part(s.stopped),
@@ -170,7 +170,7 @@ Status Film::load(const std::string& path, const std::string& identity) {
   uint64_t header_size = 0;
   if (!read(magic, sizeof magic) || std::memcmp(magic, k_magic, sizeof magic) != 0)
     return failed("it is not a Lambent checkpoint");
-  if (!read(&version, sizeof version) || (version != k_version && version != k_all_doubles))
+  if (!read(&version, sizeof version) || version < k_all_doubles || version > k_version)
     return failed(fmt::format("it has format version {}, this program reads {}", version, k_version));
   if (!read(&header_size, sizeof header_size) || header_size > k_header_limit) return failed("its header is damaged");
   std::string header(header_size, '\0');
@@ -180,11 +180,16 @@ Status Film::load(const std::string& path, const std::string& identity) {
 
   // Sizes are the film's own, whatever the file says.
   Storage& s = *storage_;
-  const bool all_doubles = version == k_all_doubles;
+  const bool all_doubles = version == k_all_doubles, ids_apart = version <= k_ids_apart && layout_.id_channels > 0;
+  if (ids_apart && layout_.id_channels > 1)
+    return failed(
+        fmt::format("it has format version {}, which this program reads with one Cryptomatte pass at most", version));
   std::vector<double> doubles(s.doubles.size()), second_moments(s.second_moments.size());
-  std::vector<float> floats(s.floats.size()), ids(s.ids.size()), id_weights(s.id_weights.size());
+  std::vector<float> floats(s.floats.size()), things(s.things.size());
+  const size_t old_ids = ids_apart ? things.size() / 2 : 0;
   std::vector<double> old_sums(all_doubles ? doubles.size() + floats.size() : 0),
-      old_weights(all_doubles ? id_weights.size() : 0);
+      double_weights(all_doubles ? old_ids : 0);
+  std::vector<float> ids(old_ids), weights(all_doubles ? 0 : old_ids);
   std::vector<uint32_t> counts(s.counts.size());
   std::vector<uint8_t> stopped(s.stopped.size());
   uint64_t light_paths = 0;
@@ -201,9 +206,9 @@ Status Film::load(const std::string& path, const std::string& identity) {
   char beyond;
   const Part light_paths_part{&light_paths, s.splats ? sizeof light_paths : 0};
   const Part none{nullptr, 0};
-  for (const Part& p : {all_doubles ? part(old_sums) : part(doubles), all_doubles ? none : part(floats), part(ids),
-                        all_doubles ? part(old_weights) : part(id_weights), part(counts), part(second_moments),
-                        part(stopped), light_paths_part, part(splats), Part{&beyond, 1}}) {
+  for (const Part& p : {all_doubles ? part(old_sums) : part(doubles), all_doubles ? none : part(floats),
+                        ids_apart ? part(ids) : part(things), part(weights), part(double_weights), part(counts),
+                        part(second_moments), part(stopped), light_paths_part, part(splats), Part{&beyond, 1}}) {
     ZSTD_outBuffer out{p.bytes, p.size, 0};
     while (out.pos < out.size && left != 0) {
       const size_t consumed = in.pos, produced = out.pos;
@@ -216,14 +221,14 @@ Status Film::load(const std::string& path, const std::string& identity) {
     if (!expected) return failed("it is damaged (its size does not fit)");
   }
   if (left != 0) return failed("it is truncated");
-  if (all_doubles) {
-    place_doubles(settings_, layout_, old_sums, doubles, floats);
-    id_weights.assign(old_weights.begin(), old_weights.end());
+  if (all_doubles) place_doubles(settings_, layout_, old_sums, doubles, floats);
+  for (size_t i = 0; i < old_ids; ++i) {
+    things[2 * i] = all_doubles ? static_cast<float>(double_weights[i]) : weights[i];
+    things[2 * i + 1] = ids[i];
   }
   s.doubles.swap(doubles);
   s.floats.swap(floats);
-  s.ids.swap(ids);
-  s.id_weights.swap(id_weights);
+  s.things.swap(things);
   s.counts.swap(counts);
   s.second_moments.swap(second_moments);
   s.stopped.swap(stopped);

@@ -20,8 +20,8 @@
 namespace lambent {
 
 namespace {
-/// Floats of samples that a TileWriter holds back before it takes the tile's lock.
-constexpr size_t k_buffered_floats = 16384;
+/// Floats of samples that a TileWriter holds back before it takes the tile's lock: few enough for the fastest cache.
+constexpr size_t k_buffered_floats = 4096;
 
 /// The picture's four floats, and what few others there are.
 void add_exactly(const float* values, size_t count, double* sums) {
@@ -72,8 +72,7 @@ Result<std::shared_ptr<Film>> Film::create(const FilmSettings& settings) try {
   const size_t pixels = size_t(region.width) * size_t(region.height);
   storage.doubles.resize(pixels * size_t(film->layout_.doubles));
   storage.floats.resize(pixels * size_t(film->layout_.floats));
-  storage.ids.resize(pixels * size_t(film->layout_.id_slots));
-  storage.id_weights.resize(pixels * size_t(film->layout_.id_slots));
+  storage.things.resize(pixels * size_t(film->layout_.id_slots) * size_t(film->layout_.id_floats()));
   storage.counts.resize(pixels);
   if (settings.second_moments) {
     storage.second_moments.resize(pixels);
@@ -94,7 +93,7 @@ Result<std::shared_ptr<Film>> Film::create(const FilmSettings& settings) try {
 size_t Film::bytes() const {
   const Storage& s = *storage_;
   return s.doubles.size() * sizeof(double) + s.floats.size() * sizeof(float) + s.counts.size() * sizeof(uint32_t) +
-         s.ids.size() * 2 * sizeof(float) + s.second_moments.size() * sizeof(double) + s.stopped.size() +
+         s.things.size() * sizeof(float) + s.second_moments.size() * sizeof(double) + s.stopped.size() +
          s.tiles.size() * sizeof(Storage::Tile) + (s.splats ? s.splats->bytes() : 0);
 }
 
@@ -248,11 +247,17 @@ float* Film::read_channels(size_t pixel, const std::vector<bool>& wanted, float*
 
 void Film::read_ids(size_t pixel, const FilmLayout::Place& place, float* out, int components) const {
   const Storage& s = *storage_;
-  const size_t first = pixel * static_cast<size_t>(layout_.id_slots) + static_cast<size_t>(place.id);
+  const size_t floats = static_cast<size_t>(layout_.id_floats()), slots = static_cast<size_t>(layout_.id_slots);
+  const float* thing = s.things.data() + pixel * slots * floats;
   std::array<std::pair<double, float>, 64> ranked;  // components are at most 64, slots as many
   size_t used = 0;
-  for (size_t i = first; i < first + static_cast<size_t>(place.slots) && s.id_weights[i] > 0.0f; ++i)
-    ranked[used++] = {double(s.id_weights[i]), s.ids[i]};
+  for (size_t i = 0; i < slots && thing[0] > 0.0f; ++i, thing += floats) {
+    const float id = thing[1 + place.id];
+    size_t rank = 0;  // several things may share an id
+    while (rank < used && std::bit_cast<uint32_t>(ranked[rank].second) != std::bit_cast<uint32_t>(id)) ++rank;
+    if (rank == used) ranked[used++] = {0.0, id};
+    ranked[rank].first += double(thing[0]);
+  }
   std::sort(ranked.begin(), ranked.begin() + static_cast<std::ptrdiff_t>(used), [](const auto& a, const auto& b) {
     return a.first != b.first ? a.first > b.first
                               : std::bit_cast<uint32_t>(a.second) < std::bit_cast<uint32_t>(b.second);
@@ -378,17 +383,16 @@ void TileWriter::flush() {
   Film::Storage& s = *film_.storage_;
   const size_t components = floats_;
   const std::lock_guard lock(s.tiles[static_cast<size_t>(tile_)].mutex);
+  const bool all_good = all_finite({values_.get(), count_ * components});
   for (size_t n = 0; n < count_; ++n) {
     const size_t pixel = pixels_[n];
     const std::span<float> values(values_.get() + n * components, components);
     const int64_t sample = s.counts[pixel]++;
-    bool good = all_finite(values);
-    if (!good && components > 4 && all_finite(values.first(4))) [[unlikely]] {
+    bool good = all_good || all_finite(values.first(4));
+    if (!all_good && good) [[unlikely]]
       // What is not finite in a pass (a broken UV map) does not cost the picture its sample.
       for (float& value : values.subspan(4))
         if (!std::isfinite(value)) value = 0.0f;
-      good = true;
-    }
     if (!film_.settings_.allow_negative)
       for (size_t c = 0; c < 4; ++c) good &= values[c] >= 0.0f;
     if (!good) [[unlikely]] {
@@ -431,32 +435,28 @@ void TileWriter::add_channels(size_t pixel, int64_t sample, std::span<const floa
     doubles[first + 1] += g * g;
     doubles[first + 2] += b * b;
   }
-  if (layout.id_slots > 0) add_ids(pixel, values, noise);
+  if (layout.id_channels > 0 && values[static_cast<size_t>(layout.id_sample)] > 0.0f)
+    add_things(pixel, values.data(), noise);
 }
 
-void TileWriter::add_ids(size_t pixel, std::span<const float> values, float noise) {
-  Film::Storage& s = *film_.storage_;
+void TileWriter::add_things(size_t pixel, const float* values, float noise) {
   const FilmLayout& layout = film_.layout_;
-  const size_t first = pixel * static_cast<size_t>(layout.id_slots);
-  float* const all_ids = s.ids.data() + first;
-  float* const all_weights = s.id_weights.data() + first;
-  for (const FilmLayout::IdPlace& place : layout.ids) {
-    const float* const value = values.data() + place.sample;
-    float* const ids = all_ids + place.id;
-    float* const weights = all_weights + place.id;
-    if (!(value[1] > 0.0f)) continue;
-    if (std::bit_cast<uint32_t>(ids[0]) == std::bit_cast<uint32_t>(value[0]) && weights[0] > 0.0f &&
-        !(value[3] > 0.0f)) {
-      add_rounded(weights[0], value[1], noise);  // most samples: one id, which the pixel has first
-      continue;
+  const size_t floats = static_cast<size_t>(layout.id_floats()), slots = static_cast<size_t>(layout.id_slots);
+  float* const held = film_.storage_->things.data() + pixel * slots * floats;
+  const float* met = values + layout.id_sample;
+  const auto is_met = [&](const float* thing) {
+    for (size_t k = 1; k < floats; ++k)
+      if (std::bit_cast<uint32_t>(thing[k]) != std::bit_cast<uint32_t>(met[k])) return false;
+    return true;
+  };
+  for (int i = 0; i < k_ids_a_sample && met[0] > 0.0f; ++i, met += floats) {
+    float* thing = held;  // which most samples have met first
+    if (!(thing[0] > 0.0f) || !is_met(thing)) [[unlikely]] {
+      float* const last = held + (slots - 1) * floats;
+      while (thing < last && thing[0] > 0.0f && !is_met(thing)) thing += floats;
+      if (!(thing[0] > 0.0f)) std::copy_n(met + 1, floats - 1, thing + 1);
     }
-    for (int k = 0; k < k_ids_a_sample && value[2 * k + 1] > 0.0f; ++k) {
-      int i = 0;  // the last slot takes what finds no other
-      const auto id = std::bit_cast<uint32_t>(value[2 * k]);
-      while (i < place.slots - 1 && weights[i] > 0.0f && std::bit_cast<uint32_t>(ids[i]) != id) ++i;
-      if (!(weights[i] > 0.0f)) ids[i] = value[2 * k];
-      add_rounded(weights[i], value[2 * k + 1], noise);
-    }
+    add_rounded(thing[0], met[0], noise);
   }
 }
 

@@ -170,7 +170,7 @@ class TileWriter {
 
  private:
   void add_channels(size_t pixel, int64_t sample, std::span<const float> values);
-  void add_ids(size_t pixel, std::span<const float> values, float noise);
+  void add_things(size_t pixel, const float* values, float noise);
 
   Film& film_;
   int tile_;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace lambent {
 
 FilmLayout::FilmLayout(const std::vector<FilmChannel>& channels) {
@@ -45,12 +47,8 @@ FilmLayout::FilmLayout(const std::vector<FilmChannel>& channels) {
         firsts.push_back(number);
         break;
       case ChannelRule::ids:
-        place.sample = sample_floats;
-        sample_floats += sample_floats_of(channel);
-        place.id = id_slots;
-        place.slots = channel.components;
-        id_slots += place.slots;
-        ids.push_back({place.sample, place.id, place.slots});
+        place.id = id_channels++;
+        id_slots = std::max(id_slots, channel.components);
         break;
       case ChannelRule::error:
         place.sum = doubles;
@@ -67,6 +65,8 @@ FilmLayout::FilmLayout(const std::vector<FilmChannel>& channels) {
     }
     plain = plain && channel.rule == ChannelRule::mean && place.exact;
   }
+  id_sample = sample_floats;
+  if (id_channels > 0) sample_floats += k_ids_a_sample * id_floats();
   for (size_t c = 0; c < channels.size(); ++c)
     if (channels[c].divided_by >= 0)
       places[static_cast<size_t>(channels[c].divided_by)].dividends.push_back(static_cast<int>(c));

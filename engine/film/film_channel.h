@@ -17,7 +17,7 @@ namespace lambent {
 enum class ChannelRule : uint8_t {
   mean,          ///< of the samples
   first,         ///< the value of the pixel's first sample: for what has no mean, such as indices
-  ids,           ///< which ids (floats, compared bit by bit) the samples met and with what share: see FilmChannel
+  ids,           ///< which ids (floats, compared bit by bit) the samples met and with what share: see FilmLayout
   sample_count,  ///< takes nothing of a sample
   error,         ///< standard error of the mean of the picture's R, G, B, splats left out; takes nothing of a sample
   caught,        ///< what shadow catchers caught (ShadowCatcher), 1 where there are none; takes nothing of a sample
@@ -27,7 +27,7 @@ enum class ChannelRule : uint8_t {
 /// Whether the floats of samples are summed.
 constexpr bool is_mean(ChannelRule rule) { return rule == ChannelRule::mean || rule == ChannelRule::share; }
 
-/// Ids that one sample brings at most, each with its weight: what lies behind several transparent surfaces.
+/// Things that one sample meets at most, each with its weight: what lies behind several transparent surfaces.
 inline constexpr int k_ids_a_sample = 8;
 
 inline constexpr double k_least_divisor = 0x1p-10;
@@ -101,33 +101,32 @@ inline bool all_finite(std::span<const float> values) {
 /// (rounded_sum.h).
 struct FilmLayout {
   struct Place {
-    int sample = 0;      ///< first of its floats in a sample
-    int sum = 0;         ///< first of its sums in a pixel, among the doubles or the floats
-    bool exact = false;  ///< the doubles
-    int id = -1;         ///< ids: first of its slots in a pixel
-    int slots = 0;       ///< ids: number of them; more than levels, so that what comes late and often is not lost
-    int plane = -1;      ///< of the splats; -1: takes none
-    int output = -1;     ///< its number in output_channels(), the first where it makes several; -1: hidden
+    int sample = 0;              ///< first of its floats in a sample
+    int sum = 0;                 ///< first of its sums in a pixel, among the doubles or the floats
+    bool exact = false;          ///< the doubles
+    int id = -1;                 ///< ids: number of its id among those of a thing
+    int plane = -1;              ///< of the splats; -1: takes none
+    int output = -1;             ///< its number in output_channels(), the first where it makes several; -1: hidden
     std::vector<int> dividends;  ///< channels that are divided by it
-  };
-  struct IdPlace {
-    int sample, id, slots;  ///< as in Place
   };
   std::vector<Place> places;  ///< by channel
   int means = 0;              ///< floats that are summed: the first of a sample
   int exact_means = 0;        ///< the first of those, added to the first of the doubles; the others to the floats
   std::vector<int> firsts;    ///< channels of that rule
   std::vector<int> squares;   ///< rule error: first of the sums of the squares of R, G, B
-  std::vector<IdPlace> ids;   ///< of the channels of that rule
-  int sample_floats = 0, id_slots = 0, planes = 0, output_floats = 0;
+  int sample_floats = 0, planes = 0, output_floats = 0;
+  /// The channels of rule ids share a table of the things that samples met, each a weight and the thing's id for each
+  /// of these channels. A sample brings k_ids_a_sample of them at most, ended by a weight of 0.
+  int id_channels = 0;
+  int id_sample = 0;  ///< where the things begin in a sample
+  /// Things that a pixel holds; more than levels, so that what comes late and often is not lost. What finds no place
+  /// joins the last one.
+  int id_slots = 0;
   int doubles = 0, floats = 0;  ///< sums of a pixel
   bool plain = true;            ///< nothing but exact means: a sample's floats are added to a pixel's doubles
 
   explicit FilmLayout(const std::vector<FilmChannel>& channels = {});
-  /// That a channel has in a sample, one of a rule that takes some.
-  static int sample_floats_of(const FilmChannel& channel) {
-    return channel.rule == ChannelRule::ids ? 2 * k_ids_a_sample : channel.components;
-  }
+  int id_floats() const { return 1 + id_channels; }  ///< of a thing: its weight, then the ids
 };
 
 /// The channels that a reader gets, in order.

@@ -24,9 +24,7 @@ struct Film::Storage {
   std::vector<double> second_moments;  ///< sums of (R+G+B)²; empty if not asked for
   std::vector<uint8_t> stopped;        ///< 1: converged, gets no more samples; empty if not asked for
 
-  // Channels of rule ids, [pixel][FilmLayout::id_slots]; a slot of weight 0 is free.
-  std::vector<float> ids;
-  std::vector<float> id_weights;
+  std::vector<float> things;  ///< [pixel][FilmLayout::id_slots][FilmLayout::id_floats()]; of weight 0: free
 
   std::unique_ptr<SplatBuffer> splats;  ///< null: the film takes none
 

@@ -287,7 +287,7 @@ TEST(Film, passes_of_a_hundred_thousand_samples_do_not_drift) {
   settings.channels.push_back({.name = "passes", .components = 13});  // several at a time, and a rest
   settings.channels.push_back({.name = "ids", .components = 4, .rule = ChannelRule::ids});
   const auto film = make_film(settings);
-  const int ids = film->layout().places[2].sample;
+  const int ids = film->layout().id_sample;
   constexpr int64_t n = 100000;
   double sums[13] = {}, magnitudes[13] = {}, weights = 0.0;
   {
@@ -302,8 +302,8 @@ TEST(Film, passes_of_a_hundred_thousand_samples_do_not_drift) {
         sums[k] += double(value);
         magnitudes[k] += std::fabs(double(value));
       }
-      sample[static_cast<size_t>(ids)] = 3.0f;
-      sample[static_cast<size_t>(ids) + 1] = 0.3f;
+      sample[static_cast<size_t>(ids)] = 0.3f;
+      sample[static_cast<size_t>(ids) + 1] = 3.0f;
       weights += double(0.3f);
       writer.add(0, 0, sample);
     }
@@ -376,8 +376,8 @@ TEST(Film, ids_are_ranked_by_coverage) {
     TileWriter writer(*film, film->tiles().tile_at(5, 3));
     // (id, weight) pairs: id 1e-3 a quarter, -2 half, 5 an eighth of four samples.
     for (const auto& [id, weight] : {std::pair{1e-3f, 1.0f}, {-2.0f, 1.0f}, {5.0f, 0.5f}, {-2.0f, 1.0f}}) {
-      sample[4] = id;
-      sample[5] = weight;
+      sample[4] = weight;
+      sample[5] = id;
       writer.add(5, 3, sample);
     }
   }
@@ -385,6 +385,81 @@ TEST(Film, ids_are_ranked_by_coverage) {
   const size_t pixel = size_t((3 - tile.rectangle.y) * tile.rectangle.width + 5 - tile.rectangle.x);
   const float* p = tile.pixels.data() + pixel * 8 + 4;
   EXPECT_EQ(std::vector<float>(p, p + 4), (std::vector<float>{-2.0f, 0.5f, 1e-3f, 0.25f}));
+}
+
+TEST(Film, channels_of_ids_share_the_things_that_samples_met) {
+  FilmSettings settings;
+  settings.width = settings.height = 1;
+  settings.channels.push_back({.name = "object", .components = 4, .rule = ChannelRule::ids});
+  settings.channels.push_back({.name = "material", .components = 8, .rule = ChannelRule::ids});
+  const auto film = make_film(settings);
+  ASSERT_EQ(film->layout().id_slots, 8);
+  ASSERT_EQ(film->layout().id_floats(), 3);
+  using Things = std::vector<float>;  // (weight, object, material)...
+  {
+    TileWriter writer(*film, 0);
+    for (const Things& things :
+         {Things{1, 5, 7}, Things{0.25f, 6, 7, 0.75f, 5, 8}, Things{1, 5, 8}, Things{0.5f, 9, 9}}) {
+      Things sample(static_cast<size_t>(film->sample_components()));
+      std::copy(things.begin(), things.end(), sample.begin() + film->layout().id_sample);
+      writer.add(0, 0, sample);
+    }
+  }
+  const std::vector<float> pixel = film->pixels();
+  EXPECT_EQ(std::vector<float>(pixel.begin() + 4, pixel.end()),
+            (std::vector<float>{5, 2.75f / 4, 9, 0.5f / 4, 8, 1.75f / 4, 7, 1.25f / 4, 9, 0.5f / 4, 0, 0}));
+}
+
+TEST(Film, a_pixel_that_meets_more_things_than_it_holds_keeps_their_weights) {
+  FilmSettings settings;
+  settings.width = settings.height = 1;
+  settings.channels.push_back({.name = "object", .components = 4, .rule = ChannelRule::ids});
+  settings.channels.push_back({.name = "material", .components = 4, .rule = ChannelRule::ids});
+  const auto film = make_film(settings);
+  std::vector<float> sample(static_cast<size_t>(film->sample_components()));
+  {
+    TileWriter writer(*film, 0);
+    for (int n = 0; n < 40; ++n) {  // ten things, each object of five materials
+      const float thing[] = {1.0f, n % 2 + 1.0f, n % 10 + 20.0f};
+      std::copy_n(thing, 3, sample.begin() + film->layout().id_sample);
+      writer.add(0, 0, sample);
+    }
+  }
+  const std::vector<float> pixel = film->pixels();
+  EXPECT_FLOAT_EQ(pixel[5] + pixel[7], 1.0f) << "both objects, whatever their materials";
+  EXPECT_GE(pixel[9], 0.7f) << "what found no place joined one that had";
+}
+
+TEST(Film, sums_do_not_depend_on_how_many_samples_come_at_once) {
+  FilmSettings settings;
+  settings.width = 2;
+  settings.height = 1;
+  settings.second_moments = true;
+  settings.channels.push_back({.name = "passes", .components = 47});
+  settings.channels.push_back({.name = "error", .components = 3, .rule = ChannelRule::error});
+  settings.channels.push_back({.name = "ids", .components = 4, .rule = ChannelRule::ids});
+  settings.channels.push_back({.name = "index", .components = 1, .rule = ChannelRule::first});
+  const auto add = [&](Film& film, int x, int n, TileWriter& writer) {
+    std::vector<float> sample(static_cast<size_t>(film.sample_components()));
+    for (size_t c = 0; c < sample.size(); ++c) sample[c] = noise(x, 0, n, static_cast<uint32_t>(c));
+    if (n == 7 && x == 1) sample[9] = std::numeric_limits<float>::infinity();  // in a pass
+    if (n == 11) sample[0] = -1.0f;                                            // rejected
+    writer.add(x, 0, sample);
+  };
+  const auto together = make_film(settings), apart = make_film(settings);
+  {
+    TileWriter writer(*together, 0);
+    for (int x = 0; x < 2; ++x)
+      for (int n = 0; n < 53; ++n) add(*together, x, n, writer);
+  }
+  for (int n = 0; n < 53; ++n)
+    for (int x = 0; x < 2; ++x) {
+      TileWriter writer(*apart, 0);
+      add(*apart, x, n, writer);
+    }
+  EXPECT_EQ(together->pixels(), apart->pixels());
+  EXPECT_EQ(together->rejected_count(), 2u);
+  EXPECT_EQ(together->standard_error(1, 0), apart->standard_error(1, 0));
 }
 
 TEST(Film, dirty_tiles_are_taken_once_oldest_first) {
@@ -473,6 +548,22 @@ TEST(Checkpoint, of_version_4_whose_sums_are_all_doubles_is_read) {
             (std::vector<float>{2, 3, 1, 1, 7, 0.5f, 0.25f, 1.5f}));
   EXPECT_FLOAT_EQ(pixel[8], 1.0f);  // of 3 and 5
   EXPECT_EQ(std::vector<float>(pixel.begin() + 11, pixel.end()), (std::vector<float>{5, 0.75f, -2, 0.25f}));
+  std::filesystem::remove(path);
+}
+
+/// Before version 6 each channel of ids had weights of its own.
+TEST(Checkpoint, of_an_older_version_with_several_channels_of_ids_says_why_it_is_not_read) {
+  FilmSettings settings = small_settings();
+  for (const char* name : {"object", "material"})
+    settings.channels.push_back({.name = name, .components = 4, .rule = ChannelRule::ids});
+  const auto film = make_film(settings);
+  const std::string path = temporary_path("lambent_checkpoint_5");
+  ASSERT_TRUE(film->save(path, "x"));
+  ASSERT_TRUE(film->load(path, "x"));
+  std::fstream(path, std::ios::binary | std::ios::in | std::ios::out).seekp(8).put(5);
+  const Status loaded = film->load(path, "x");
+  ASSERT_FALSE(loaded);
+  EXPECT_NE(loaded.error().find("Cryptomatte"), std::string::npos) << loaded.error();
   std::filesystem::remove(path);
 }
 

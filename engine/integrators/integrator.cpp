@@ -77,6 +77,11 @@ void report_merge_radius(const std::string& name, float merge_radius_px, int sid
                     name, merge_radius_px));
 }
 
+int first_light_tracing(const std::string& name) {
+  const TechniqueSet* set = find_techniques(name);
+  return set && set->light_tracing ? set->first_light_tracing : 1;
+}
+
 double splat_unit(const std::string& name, const Scene& scene, float exposure) {
   const TechniqueSet* set = find_techniques(name);
   if (!set || !set->light_tracing) return 0.0;

@@ -124,6 +124,9 @@ void report_lost_light(const std::string& name, const Scene& scene, Report& repo
 /// Says where an integrator that merges cannot, because its radius is 0, or blurs all, because it exceeds the picture.
 /// @param side_px the picture's larger side
 void report_merge_radius(const std::string& name, float merge_radius_px, int side_px, Report& report);
+/// PassSettings::first_light_tracing for that integrator.
+int first_light_tracing(const std::string& name);
+
 /// FilmSettings::splat_unit for that integrator and scene: 0 if it makes no splats.
 double splat_unit(const std::string& name, const Scene& scene, float exposure);
 

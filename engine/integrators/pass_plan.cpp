@@ -77,7 +77,28 @@ constexpr Kind k_kinds[] = {{"depth", PassKind::depth, "Z"},
                             {"matte_light", PassKind::matte_light, "RGB"},
                             {"matte", PassKind::matte, "X"}};
 
+/// Whether a path that light tracing found may count for it, of PassSettings::first_light_tracing vertices at least.
+bool light_tracing_reaches(PassKind kind, int first_light_tracing) {
+  switch (kind) {
+    case PassKind::emission:  // what the camera sees by its own rays
+    case PassKind::environment:
+    case PassKind::technique_unidirectional:
+    case PassKind::technique_merging:
+      return false;
+    case PassKind::diffuse_direct:
+    case PassKind::glossy_direct:
+    case PassKind::transmission_direct:
+      return first_light_tracing <= 1;
+    default:
+      return true;
+  }
+}
+
 constexpr int k_most_levels = 32;
+
+bool is_of_light(PassKind kind) {
+  return std::find_if(std::begin(k_kinds), std::end(k_kinds), [&](const Kind& k) { return k.kind == kind; })->light;
+}
 
 bool is_of_shadows(PassKind kind) {
   return kind == PassKind::without_shadow || kind == PassKind::shadow_difference || kind == PassKind::shadow_ratio;
@@ -165,7 +186,7 @@ std::shared_ptr<const PassPlan> PassPlan::create(const std::vector<PassRequest>&
       FilmChannel channel{.name = request.name,
                           .components = static_cast<int>(std::strlen(kind->letters)),
                           .letters = kind->letters,
-                          .splats = kind->light};
+                          .splats = kind->light && light_tracing_reaches(kind->kind, settings.first_light_tracing)};
       plan->add(request, kind->kind, std::move(channel), scene, report);
     }
   }
@@ -223,6 +244,11 @@ void PassPlan::lay_out() {
       case PassKind::matte:
         mattes_.push_back(pass);
         break;
+      case PassKind::cryptomatte_object:
+      case PassKind::cryptomatte_material:
+      case PassKind::cryptomatte_asset:
+        ids_.push_back(pass.kind);
+        break;
       default:
         take_data_slot(pass);
     }
@@ -237,7 +263,7 @@ void PassPlan::take_data_slot(const Pass& pass) {
     if (slot < 0)
       slot = pass.sample;
     else
-      copies_.push_back({slot, pass.sample, layout_.sample_floats_of(channels_[static_cast<size_t>(pass.channel)])});
+      copies_.push_back({slot, pass.sample, channels_[static_cast<size_t>(pass.channel)].components});
   };
   const auto take_first = [&](int& slot) {
     slots.first_surface = true;
@@ -260,15 +286,6 @@ void PassPlan::take_data_slot(const Pass& pass) {
       return take(slots.shadow);
     case PassKind::unshadowed:
       return take(slots.unshadowed);
-    case PassKind::cryptomatte_object:
-      slots.ids = true;
-      return take(slots.cryptomatte_object);
-    case PassKind::cryptomatte_material:
-      slots.ids = true;
-      return take(slots.cryptomatte_material);
-    case PassKind::cryptomatte_asset:
-      slots.ids = true;
-      return take(slots.cryptomatte_asset);
     case PassKind::vector:
       return take_first(slots.vector);
     case PassKind::vector_weight:
@@ -408,7 +425,7 @@ void PassPlan::add(const PassRequest& request, PassKind kind, FilmChannel channe
     pass.expression = std::move(*expression);
   }
   pass.channel = static_cast<int>(channels_.size());
-  (channel.splats ? light_ : data_).push_back(std::move(pass));
+  (is_of_light(kind) ? light_ : data_).push_back(std::move(pass));
   channels_.push_back(std::move(channel));
 }
 

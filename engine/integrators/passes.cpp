@@ -210,7 +210,7 @@ void PassRecorder::visible(const SurfaceHit& hit, const SurfaceBinding& binding,
   if (slots.mist >= 0) values_[slots.mist] += (1.0f - mist(point)) * cover;
   if (cover > 0.0f) {
     if (slots.ambient_occlusion >= 0) occlusion(hit, point, bsdf, cover);
-    if (slots.ids) add_ids(binding, point, cover);
+    if (!plan_.ids_.empty()) add_ids(binding, point, cover);
   }
   for (const PassPlan::Pass& pass : plan_.mattes_)
     if (scene_.in_matte(point.object_index, pass.matte)) *at(pass) += cover;
@@ -253,21 +253,25 @@ float PassRecorder::mist(const ShadingPoint& point) const {
   return exponent == 2.0f ? mist * mist : exponent == 1.0f ? mist : std::pow(mist, exponent);
 }
 
+/// @param cover above 0
 void PassRecorder::add_ids(const SurfaceBinding& binding, const ShadingPoint& point, float cover) {
-  const PassPlan::DataSlots& slots = plan_.data_slots_;
-  const auto add = [&](int sample_float, float id) {
-    if (sample_float < 0) return;
-    float* const slot = values_ + sample_float;
-    if (slot[1] > 0.0f) return add_id(sample_float, id, cover);
-    slot[0] = id;  // the commonest: the first that the sample sees
-    slot[1] = cover;
+  const std::vector<PassKind>& kinds = plan_.ids_;
+  const auto& of_object = scene_.ids(point.object_index);
+  const auto id_of = [&](PassKind kind) {
+    return kind == PassKind::cryptomatte_material ? binding.material_id
+           : kind == PassKind::cryptomatte_object ? of_object.object
+                                                  : of_object.asset;
   };
-  if (slots.cryptomatte_object >= 0 || slots.cryptomatte_asset >= 0) {
-    const auto& ids = scene_.ids(point.object_index);
-    add(slots.cryptomatte_object, ids.object);
-    add(slots.cryptomatte_asset, ids.asset);
-  }
-  add(slots.cryptomatte_material, binding.material_id);
+  const auto is_it = [&](const float* ids) {
+    for (size_t k = 0; k < kinds.size(); ++k)
+      if (ids[k] != id_of(kinds[k])) return false;
+    return true;
+  };
+  float* thing = values_ + plan_.layout_.id_sample;
+  for (int i = 1; i < k_ids_a_sample && thing[0] > 0.0f && !is_it(thing + 1); ++i) thing += 1 + kinds.size();
+  if (!(thing[0] > 0.0f))
+    for (size_t k = 0; k < kinds.size(); ++k) thing[1 + k] = id_of(kinds[k]);
+  thing[0] += cover;
 }
 
 /// What evaluate() found at the surface.
@@ -618,7 +622,7 @@ bool PassRecorder::takes(const PassPlan::Pass& pass, const PathSignature& path, 
   }
 }
 
-void PassRecorder::add(const Color& radiance, const PathSignature& path) {
+[[gnu::always_inline]] inline void PassRecorder::add(const Color& radiance, const PathSignature& path) {
   const Color value = radiance * plan_.settings_.exposure;
   if (path.vertices == 0) {
     add_if(path.source == LightSource::background ? slots_.environment : slots_.emission, value);
@@ -641,17 +645,6 @@ void PassRecorder::add(const Color& radiance, const PathSignature& path) {
   for (const PassPlan::Pass& pass : slots_.by_rule) {
     Color part;
     if (takes(pass, path, radiance, part)) add_to(pass, part * plan_.settings_.exposure);
-  }
-}
-
-/// @param weight above 0
-void PassRecorder::add_id(int sample_float, float id, float weight) {
-  float* slot = values_ + sample_float;
-  for (int i = 0; i < k_ids_a_sample; ++i, slot += 2) {
-    if (slot[1] > 0.0f && slot[0] != id && i + 1 < k_ids_a_sample) continue;
-    if (!(slot[1] > 0.0f)) slot[0] = id;
-    slot[1] += weight;
-    return;
   }
 }
 

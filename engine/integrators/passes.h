@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/check.h"
 #include "engine/base/report.h"
 #include "engine/film/film.h"
 #include "engine/path/event_counts.h"
@@ -118,6 +119,9 @@ struct PassSettings {
   float exposure = 1.0f;
   bool film_transparent = false;
   uint32_t seed = 0;
+  /// Where light tracing brings something to the lens: vertices of the shortest path that it does (TechniqueSet).
+  /// Passes that no such path counts for have no planes of splats.
+  int first_light_tracing = 1;
 };
 
 /// The passes of one render. Immutable.
@@ -171,11 +175,10 @@ class PassPlan {
     std::array<int, k_lobe_classes> colors{-1, -1, -1};
     int denoising_albedo = -1, denoising_specular_albedo = -1, denoising_roughness = -1, mist = -1,
         ambient_occlusion = -1;
-    int cryptomatte_object = -1, cryptomatte_material = -1, cryptomatte_asset = -1;
     int shadow = -1, unshadowed = -1;
     int vector = -1, vector_weight = -1, normal = -1, uv = -1, denoising_normal = -1, denoising_depth = -1;
     int time = -1, render_time = -1;
-    bool albedos = false, sharp = false, ids = false, normals = false, first_surface = false;  ///< some of these
+    bool albedos = false, sharp = false, normals = false, first_surface = false;  ///< some of these
     bool world_moves = false;  ///< `vector` is also of samples that meet nothing
   };
   struct Copy {
@@ -203,6 +206,7 @@ class PassPlan {
   std::vector<Pass> pictures_, late_;  ///< those of them that are known when the sample is done
   std::vector<Pass> looked_at_;        ///< those of rule first
   std::vector<Pass> aovs_, mattes_;    ///< those of data_ of these kinds
+  std::vector<PassKind> ids_;          ///< of Cryptomatte, in the order of the film's (FilmLayout::id_channels)
   LightSlots slots_;
   DataSlots data_slots_;
   std::vector<Copy> copies_;
@@ -319,7 +323,10 @@ class PassRecorder {
   void splatted(const Color& value, const PathSignature& signature, Splat&& splat) const {
     for (const PassPlan::Pass& pass : light_) {
       Color part;
-      if (takes(pass, signature, value, part)) splat(plan_.place(pass).plane, part);
+      if (!takes(pass, signature, value, part)) continue;
+      const int plane = plan_.place(pass).plane;
+      CHECK(plane >= 0, "light tracing reaches a pass that PassPlan took for one that it does not");
+      splat(plane, part);
     }
   }
   bool wants_light() const { return !light_.empty(); }
@@ -357,7 +364,6 @@ class PassRecorder {
   }
   uint8_t event_of_several(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world, const EvalParts* parts);
   void add_background_albedo(const Color& value);
-  void add_id(int sample_float, float id, float weight);
   void add_colors(const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput);
   void add_sharp(const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput);
   float mist(const ShadingPoint& point) const;

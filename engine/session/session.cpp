@@ -92,6 +92,7 @@ std::shared_ptr<const PassPlan> pass_plan(const description::Settings& settings,
   options.exposure = settings.exposure;
   options.film_transparent = settings.film_transparent;
   options.seed = settings.seed;
+  options.first_light_tracing = first_light_tracing(settings.integrator);
   return PassPlan::create(requests, scene, options, report);
 }
 

@@ -114,6 +114,7 @@ Term eval_term(const Lobe& lobe, BumpShadowing rule, const Vec3& ng, const Vec3&
 struct KindFacts {
   LobeClass one;
   uint8_t event;
+  bool by_side;  ///< they depend on `apart`
 };
 using FactsBySide = std::array<KindFacts, 2>;  ///< by `apart`
 const std::array<FactsBySide, static_cast<size_t>(LobeKind::thin_transmission) + 1> k_kind_facts = [] {
@@ -121,7 +122,7 @@ const std::array<FactsBySide, static_cast<size_t>(LobeKind::thin_transmission) +
   for (size_t k = 0; k < facts.size(); ++k)
     for (const bool apart : {false, true}) {
       const LobeKind kind = static_cast<LobeKind>(k);
-      facts[k][apart] = {class_of(kind, apart), event_of(kind, apart)};
+      facts[k][apart] = {class_of(kind, apart), event_of(kind, apart), kind == LobeKind::glass || is_fibre(kind)};
     }
   return facts;
 }();
@@ -338,9 +339,9 @@ BsdfEval Bsdf::eval_lobes(const Vec3& wi_world, const Vec3& wo_world, Transport 
     result.f_cos += term.f_cos;
     result.pdf_solid_angle += selected.of[i] * term.pdf;
     if constexpr (wants_parts) {
-      const bool by_side = lobe.kind == LobeKind::glass || is_fibre(lobe.kind);
-      const bool apart = by_side && dot(lobe.n, wi_world) * dot(lobe.n, wo_world) < 0.0f;
-      const KindFacts& facts = k_kind_facts[static_cast<size_t>(lobe.kind)][apart];
+      const FactsBySide& by_side = k_kind_facts[static_cast<size_t>(lobe.kind)];
+      const bool apart = by_side[0].by_side && dot(lobe.n, wi_world) * dot(lobe.n, wo_world) < 0.0f;
+      const KindFacts& facts = by_side[apart];
       if (count_ == 1) {
         parts->only_event = facts.event;
         parts->only_class = facts.one;

@@ -11,7 +11,9 @@
 #include <set>
 #include <span>
 
+#include "engine/integrators/integrator.h"
 #include "tests/agreement/integrator_scenes.h"
+#include "tests/common/direct_render.h"
 #include "tests/common/welch.h"
 
 namespace lambent::test {
@@ -223,6 +225,31 @@ TEST(PassesOfARender, of_another_kind_under_the_same_name_are_not_continued) {
   std::remove(path.c_str());
 }
 
+// That the others are never reached is CHECKed whenever something splats; that those that are have planes, that passes
+// add up and have the path tracer's expectation (above).
+TEST(PassesOfARender, have_memory_for_splats_only_where_light_tracing_may_reach_them) {
+  const auto scene = build_scene(cases().front().maker);
+  std::vector<PassRequest> requests;
+  for (const description::Pass& pass : with_passes(cases().front().maker, 1).settings.passes)
+    requests.push_back({pass.name, pass.kind, pass.argument});
+  const std::set<std::string> never{"emission", "environment", "technique_unidirectional", "technique_merging"};
+  for (const auto& [integrator, direct] : {std::pair{"LT", true}, {"BPT", false}, {"VCM", false}}) {
+    PassSettings settings;
+    settings.first_light_tracing = first_light_tracing(integrator);
+    Report report;
+    const auto plan = PassPlan::create(requests, *scene, settings, report);
+    ASSERT_TRUE(plan);
+    const FilmLayout layout(plan->channels());
+    for (size_t c = 1; c <= requests.size(); ++c) {
+      const std::string& name = plan->channels()[c].name;
+      const bool data = name.ends_with("_color") || name == "ambient_occlusion";
+      const bool reached =
+          !data && !never.contains(name) && (direct || !name.ends_with("_direct") || name == "caustics_direct");
+      EXPECT_EQ(layout.places[c].plane >= 0, reached) << integrator << " " << name;
+    }
+  }
+}
+
 // PT, BPT and VCM tell it by their own next event and next ray, PPM's recorder samples for itself.
 TEST(PassesOfARender, shadow_and_occlusion_are_the_same_however_they_are_found) {
   std::vector<IntegratorCase> scenes = light_cases();
@@ -266,6 +293,35 @@ TEST(PassesOfARender, shadow_and_occlusion_are_the_same_however_they_are_found) 
       }
   }
   EXPECT_EQ(tested, chosen.size());
+}
+
+// Where little light is at stake the path tracer asks by roulette what stands before it, for the pass too.
+TEST(PassesOfARender, shadow_is_the_same_where_small_shadow_rays_play_roulette) {
+  for (const IntegratorCase& one : light_cases()) {
+    if (one.name != "light_mixture") continue;
+    const auto batches = [&](float threshold, uint32_t first_seed) {
+      std::vector<double> means;
+      SceneMaker maker = one.maker;
+      maker.settings.integrator = "PT";
+      maker.settings.width = maker.settings.height = 8;
+      maker.settings.samples = 1024;
+      maker.settings.light_threshold = threshold;
+      maker.settings.passes.push_back({"shadow", "shadow", ""});
+      for (uint32_t batch = 0; batch < k_batches / 2; ++batch) {
+        maker.settings.seed = first_seed + batch;
+        const Picture picture = render(maker.transaction());
+        double sum = 0.0;
+        for (size_t i = 0; i < picture.pixels.size(); i += 7) sum += static_cast<double>(picture.pixels[i + 4]);
+        means.push_back(sum / 64.0);
+      }
+      return means;
+    };
+    const std::vector<double> all = batches(0.0f, 100), some = batches(0.3f, 1000);
+    const WelchResult test = welch_test(some, all, 1e-4);
+    EXPECT_GT(test.p_value, 1e-4) << test.difference << " +- " << test.standard_error << " from " << all.front();
+    return;
+  }
+  FAIL() << "no such scene";
 }
 
 /// The scene, its ball chosen for passes of shadows, with these passes.

@@ -173,8 +173,14 @@ void Kernel<profile, recording>::next_event(const ShadingPoint& point, const Sur
   std::optional<Color> seen_through;  // the shadow ray's answer, once known
   if constexpr (recording)
     if (passes()->receiving()) {
-      const Color unshadowed = throughput_ * scattered.f_cos * radiance * (1.0f / light.pdf_solid_angle);
+      Color unshadowed = throughput_ * scattered.f_cos * radiance * (1.0f / light.pdf_solid_angle);
       if (is_black(unshadowed)) return;
+      if (light.traits->shadows) {
+        // It survives whenever the contribution does, which is as much or less.
+        const float survival = max_component(abs(unshadowed)) * shadow_survival_scale_;
+        if (numbers.shadow_roulette >= survival) return;
+        if (survival < 1.0f) unshadowed /= survival;
+      }
       seen_through = light.traits->shadows ? visibility(shadow_ray(scene_, hit, light), light.traits->linked.blockers)
                                            : Color(1.0f);
       passes()->received(unshadowed * *seen_through, unshadowed);

@@ -1,5 +1,6 @@
 #include "engine/integrators/path_tracer/path_tracer.h"
 
+#include <algorithm>
 #include <optional>
 
 #include "engine/base/check.h"
@@ -13,7 +14,10 @@ template <KernelProfile profile>
 class PathTracer final : public Integrator {
  public:
   PathTracer(std::shared_ptr<const Scene> scene, const IntegratorSettings& settings)
-      : scene_(std::move(scene)), settings_(settings), other_settings_(for_other_pictures(settings)) {}
+      : scene_(std::move(scene)),
+        settings_(settings),
+        other_settings_(for_other_pictures(settings)),
+        has_others_(std::ranges::any_of(settings.others, [](const auto& other) { return other != nullptr; })) {}
 
   RayCounts render_tile(Film& film, int tile, int64_t target_samples, const CancelFlag& cancel) override {
     RayCounts counts;
@@ -66,15 +70,20 @@ class PathTracer final : public Integrator {
     const Vec2 lens = scene_->profile().depth_of_field ? sampler.get_2d(k_dimension_lens) : Vec2(0.0f);
     const CameraRay ray = scene_->camera().sample_ray(raster, lens);
     const PathEstimate estimate = trace(*scene_, settings_, sampler, counts, passes, ray);
-    for (size_t i = 0; passes && i < settings_.others.size(); ++i) {
+    if (passes && has_others_) render_others(x, y, sample, sampler, ray, counts, *passes, parts);
+    return estimate;
+  }
+
+  void render_others(int x, int y, uint32_t sample, const Sampler& sampler, const CameraRay& ray, RayCounts& counts,
+                     PassRecorder& passes, Parts& parts) const {
+    for (size_t i = 0; i < settings_.others.size(); ++i) {
       if (!settings_.others[i]) continue;
       PassRecorder* const part = parts[i] ? &*parts[i] : nullptr;
       if (part) part->begin(x, y, sample);
       const PathEstimate of_other = trace(*settings_.others[i], other_settings_[i], sampler, counts, part, ray);
-      passes->add_other(static_cast<OtherPicture>(i), of_other.radiance * settings_.exposure,
-                        1.0f - of_other.transparency, part);
+      passes.add_other(static_cast<OtherPicture>(i), of_other.radiance * settings_.exposure,
+                       1.0f - of_other.transparency, part);
     }
-    return estimate;
   }
 
   static PathEstimate trace(const Scene& scene, const IntegratorSettings& settings, const Sampler& sampler,
@@ -86,6 +95,7 @@ class PathTracer final : public Integrator {
   const std::shared_ptr<const Scene> scene_;
   const IntegratorSettings settings_;
   const std::array<IntegratorSettings, k_other_pictures> other_settings_;
+  const bool has_others_;  ///< some of settings_.others
 };
 
 }  // namespace

@@ -83,6 +83,8 @@ void Kernel<profile, recording>::add_lamps(const Ray& ray, float t_end) {
   lights.for_each_lamp(
       origin, ray.direction, before + ray.t_min, before + t_end, bounces_.ray_kind, [&](const LightHit& hit) {
         if (bounces_.total - 1 > hit.traits->max_bounces || !meets(hit.traits->linked)) return;
+        if (recording && passes()->following())
+          passes()->follow_light(throughput_ * scene_.light_radiance(hit, path_counts()));
         const float weight = emission_weight(hit.light, ray.direction, hit.distance_m, hit.uv, *hit.traits);
         if (weight > 0.0f)
           add_met(throughput_ * scene_.light_radiance(hit, path_counts()) * weight, LightSource::lamp,
@@ -103,12 +105,14 @@ void Kernel<profile, recording>::add_background(const Vec3& direction) {
     const bool counts =
         bounces_.total - 1 <= hit.traits->max_bounces && hit.traits->linked.blockers == 0 && meets(hit.traits->linked);
     const float weight = counts ? emission_weight(hit.light, direction, k_infinity, hit.uv, *hit.traits) : 0.0f;
-    if (!(weight > 0.0f) && !(recording && passes()->waits_for_world())) return;
+    if (!(weight > 0.0f) && !(recording && (passes()->waits_for_world() || passes()->following()))) return;
     const Color radiance = throughput_ * scene_.light_radiance(hit, path_counts());
     const LightSource source = scene_.source_of(hit.light);
-    if constexpr (recording)
+    if constexpr (recording) {
       if (passes()->waits_for_world() && source == LightSource::background)
         passes()->met_world(radiance, weight > 0.0f);
+      if (passes()->following() && counts) passes()->follow_light(radiance);
+    }
     if (weight > 0.0f) add_met(radiance * weight, source, hit.traits->group);
   });
 }
@@ -117,6 +121,7 @@ template <KernelProfile profile, bool recording>
 void Kernel<profile, recording>::add_surface_emission(const SurfaceHit& hit, const SurfaceBinding& binding,
                                                       const Vec3& direction, float distance, const Color& emission) {
   if (is_black(emission) || !meets(scene_.emission_links(hit.instance))) return;
+  if (recording && passes()->following()) passes()->follow_light(throughput_ * emission);
   float weight = 1.0f;
   if (last_.weighed && binding.samples_emission) {
     const LightIndex light = scene_.light_at(hit);
@@ -255,6 +260,8 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
       // What the camera sees directly: no lobe may be so rare that it shows as dots.
       if (bounces_.ray_kind & k_ray_camera) bsdf.set_least_share(k_camera_least_share);
       if (program.traits().emits) add_surface_emission(hit, binding, ray.direction, distance, bsdf.emission());
+      if (recording && passes()->following())
+        passes()->follow(point, bsdf, throughput_, geometry_hit.t - ray.t_min, roulette.survival);
       if (bsdf.empty()) break;
       throughput_ /= roulette.survival;
       const EventNumbers numbers(sampler_, event_index);
@@ -263,6 +270,7 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
         next_event(point, hit, bsdf, receiver_normal, numbers);
       scattered = sample(bsdf, point.wi_world, numbers, parts);
       if (recording && only_transparent_) passes()->sampled(hit, point, bsdf, scattered, parts.picked);
+      if (recording && passes()->following()) passes()->followed(scattered, bsdf, throughput_);
       u_roulette = numbers.roulette;
       if (scattered.event == k_scatter_none) break;
       Vec3 scattered_normal = receiver_normal;

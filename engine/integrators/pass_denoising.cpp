@@ -2,7 +2,8 @@
 //
 // As Cycles (kernel/film/denoising_passes.h), but for what it leaves to chance: what lies behind counts by the walk's
 // throughput alone, so that neither how lobes are chosen nor roulette changes what the passes converge to, and light
-// counts by the throughput once.
+// counts by the throughput once. The light of lamps is what the path tracer's own rays find of it, in every integrator:
+// in gloss the rest would be noise.
 #include "engine/integrators/passes.h"
 
 namespace lambent {

@@ -304,7 +304,7 @@ class PassRecorder {
   void follow(const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput, float segment_m, float sampled);
   /// How that surface sends the walk on.
   void followed(const BsdfSample& sample, const Bsdf& bsdf, const Color& throughput);
-  /// Light that the walk meets, whatever its weight in the picture; throughput included.
+  /// Light that the walk meets, throughput and the weight of the path tracer's rays included.
   void follow_light(const Color& value) { add_if(plan_.data_slots_.denoising_albedo, value * shown_); }
   /// The walk met nothing behind transparent surfaces alone.
   void missed(const Vec3& direction_world);

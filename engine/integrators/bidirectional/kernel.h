@@ -108,6 +108,8 @@ class Kernel {
 
   float emission_weight(LightIndex light, const Vec3& n_light, const Vec3& direction, float distance, const Vec2& uv,
                         const LightTraits& traits);
+  float follow_weight(LightIndex light, const Vec3& direction, float distance, const Vec2& uv,
+                      const LightTraits& traits) const;
   void add_lamps(const Ray& ray, float t_end);
   void add_background(const Vec3& direction);
   void add_surface_emission(const SurfaceHit& hit, const SurfaceBinding& binding, const Vec3& direction, float distance,

@@ -57,7 +57,10 @@ BsdfSample Kernel<profile, recording>::sample(const Bsdf& bsdf, const Vec3& wi_w
 template <KernelProfile profile, bool recording>
 void Kernel<profile, recording>::add_met(const Color& contribution, LightSource source, uint16_t group) {
   const Color added = add(contribution, bounces_.total > 1);
-  if (PassRecorder* const p = passes()) p->met(added, source, group);
+  if constexpr (recording) {
+    passes()->met(added, source, group);
+    if (passes()->following()) passes()->follow_light(contribution);
+  }
 }
 
 /// MIS weight of meeting a light by scattering.
@@ -83,8 +86,6 @@ void Kernel<profile, recording>::add_lamps(const Ray& ray, float t_end) {
   lights.for_each_lamp(
       origin, ray.direction, before + ray.t_min, before + t_end, bounces_.ray_kind, [&](const LightHit& hit) {
         if (bounces_.total - 1 > hit.traits->max_bounces || !meets(hit.traits->linked)) return;
-        if (recording && passes()->following())
-          passes()->follow_light(throughput_ * scene_.light_radiance(hit, path_counts()));
         const float weight = emission_weight(hit.light, ray.direction, hit.distance_m, hit.uv, *hit.traits);
         if (weight > 0.0f)
           add_met(throughput_ * scene_.light_radiance(hit, path_counts()) * weight, LightSource::lamp,
@@ -105,14 +106,12 @@ void Kernel<profile, recording>::add_background(const Vec3& direction) {
     const bool counts =
         bounces_.total - 1 <= hit.traits->max_bounces && hit.traits->linked.blockers == 0 && meets(hit.traits->linked);
     const float weight = counts ? emission_weight(hit.light, direction, k_infinity, hit.uv, *hit.traits) : 0.0f;
-    if (!(weight > 0.0f) && !(recording && (passes()->waits_for_world() || passes()->following()))) return;
+    if (!(weight > 0.0f) && !(recording && passes()->waits_for_world())) return;
     const Color radiance = throughput_ * scene_.light_radiance(hit, path_counts());
     const LightSource source = scene_.source_of(hit.light);
-    if constexpr (recording) {
+    if constexpr (recording)
       if (passes()->waits_for_world() && source == LightSource::background)
         passes()->met_world(radiance, weight > 0.0f);
-      if (passes()->following() && counts) passes()->follow_light(radiance);
-    }
     if (weight > 0.0f) add_met(radiance * weight, source, hit.traits->group);
   });
 }
@@ -121,7 +120,6 @@ template <KernelProfile profile, bool recording>
 void Kernel<profile, recording>::add_surface_emission(const SurfaceHit& hit, const SurfaceBinding& binding,
                                                       const Vec3& direction, float distance, const Color& emission) {
   if (is_black(emission) || !meets(scene_.emission_links(hit.instance))) return;
-  if (recording && passes()->following()) passes()->follow_light(throughput_ * emission);
   float weight = 1.0f;
   if (last_.weighed && binding.samples_emission) {
     const LightIndex light = scene_.light_at(hit);

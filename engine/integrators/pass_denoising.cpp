@@ -8,12 +8,31 @@
 
 namespace lambent {
 
+namespace {
+
+/// Of the commonest surfaces: one lobe, which is never sharp.
+bool is_never_sharp(const Bsdf& bsdf) {
+  if (bsdf.lobes().size() != 1) return false;
+  const LobeKind kind = bsdf.lobes()[0].kind;
+  return kind < LobeKind::reflection && kind != LobeKind::transparent && kind != LobeKind::portal;
+}
+
+}  // namespace
+
 void PassRecorder::follow(const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput, float segment_m,
                           float sampled) {
   const PassPlan::DataSlots& slots = plan_.data_slots_;
   stands_for_ /= sampled;
   const Color seen = throughput * (shown_ / sampled);
   if (slots.denoising_depth >= 0) values_[slots.denoising_depth] += average(seen) * segment_m;
+  if (is_never_sharp(bsdf)) {
+    following_ = false;
+    if (slots.denoising_albedo >= 0) add_to(slots.denoising_albedo, seen * bsdf.albedo(point.wi_world));
+    if (slots.denoising_normal >= 0)
+      add_to(slots.denoising_normal, scene_.view().camera_from_world.vector(bsdf.lobes()[0].n) *
+                                         (slots.sharp_rule == SharpRule::blended ? average(seen) : stands_for_));
+    return;
+  }
   features_ = surface_features(bsdf, point, slots.sharp_rule);
   add_if(slots.denoising_albedo, seen * features_.albedo * features_.shown);
   if (slots.denoising_normal >= 0 && features_.shown > 0.0f) {

@@ -276,7 +276,7 @@ void PassPlan::take_data_slot(const Pass& pass) {
       slots.albedos = true;
       return take(slots.colors[static_cast<size_t>(class_of_pass(pass.kind))]);
     case PassKind::denoising_albedo:
-      slots.albedos = true;
+      slots.features = true;
       return take(slots.denoising_albedo);
     case PassKind::mist:
       return take(slots.mist);
@@ -291,15 +291,15 @@ void PassPlan::take_data_slot(const Pass& pass) {
     case PassKind::vector_weight:
       return take_first(slots.vector_weight);
     case PassKind::normal:
-      slots.normals = true;
       return take_first(slots.normal);
     case PassKind::denoising_normal:
-      slots.normals = true;
-      return take_first(slots.denoising_normal);
+      slots.features = true;
+      return take(slots.denoising_normal);
     case PassKind::uv:
       return take_first(slots.uv);
     case PassKind::denoising_depth:
-      return take_first(slots.denoising_depth);
+      slots.features = true;
+      return take(slots.denoising_depth);
     case PassKind::denoising_specular_albedo:
       slots.sharp = true;
       return take(slots.denoising_specular_albedo);
@@ -396,6 +396,9 @@ void PassPlan::add(const PassRequest& request, PassKind kind, FilmChannel channe
     channel.rule = ChannelRule::caught;
   } else if (kind == PassKind::vector) {
     data_slots_.world_moves = request.argument == "world";
+  } else if (kind == PassKind::denoising_albedo || kind == PassKind::denoising_normal ||
+             kind == PassKind::denoising_depth) {
+    if (request.argument == "blended") data_slots_.sharp_rule = SharpRule::blended;
   } else if (kind == PassKind::render_time) {
     channel.total = true;
   } else if (kind == PassKind::aov_color || kind == PassKind::aov_value) {

@@ -9,7 +9,6 @@
 #include "engine/path/transmittance.h"
 #include "engine/sampling/warp.h"
 #include "engine/scene/shadow_ray.h"
-#include "engine/shading/denoising_features.h"
 
 namespace lambent {
 
@@ -137,6 +136,8 @@ void PassRecorder::begin(int x, int y, uint32_t sample, std::span<float> floats)
   saw_surface_ = on_matte_ = met_other_ = false;
   receiving_ = meets_world_ = world_hidden_ = false;
   occlusion_ = Occlusion::done;
+  following_ = plan_.data_slots_.features && !data_.empty();
+  shown_ = stands_for_ = 1.0f;
   if (sample == 0 && !plan_.looked_at_.empty() && !data_.empty()) look(x, y);
 }
 
@@ -229,13 +230,11 @@ void PassRecorder::add_colors(const ShadingPoint& point, const Bsdf& bsdf, const
   if (const std::optional<LobeClass> only = bsdf.class_of_only_lobe()) {
     const Color albedo = bsdf.albedo(point.wi_world);
     add_if(slots.colors[static_cast<size_t>(*only)], throughput * albedo);
-    add_if(slots.denoising_albedo, throughput * (bsdf.emission() + albedo));
     return;
   }
   const ClassAlbedos albedos = bsdf.class_albedos(point.wi_world);
   for (size_t c = 0; c < slots.colors.size(); ++c)
     if (slots.colors[c] >= 0 && !is_black(albedos.of[c])) add_to(slots.colors[c], throughput * albedos.of[c]);
-  add_if(slots.denoising_albedo, throughput * (bsdf.emission() + albedos.of[0] + albedos.of[1] + albedos.of[2]));
 }
 
 void PassRecorder::add_sharp(const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput) {
@@ -301,14 +300,7 @@ void PassRecorder::first_surface(const SurfaceHit& hit, const ShadingPoint& poin
     add_motion(scene_.motion()->vector_px(hit, scene_.geometry().instance(hit.instance)));
   }
   if (slots.vector_weight >= 0) values_[slots.vector_weight] = 1.0f;
-  if (slots.denoising_depth >= 0)
-    values_[slots.denoising_depth] = length(point.p_world - scene_.camera().origin()) * seen;
-  if (slots.normals) {
-    const Vec3 normal = mean_normal(bsdf, point) * seen;
-    add_if(slots.normal, normal);
-    if (slots.denoising_normal >= 0 && !bsdf.empty())
-      add_to(slots.denoising_normal, scene_.view().camera_from_world.vector(normal));
-  }
+  if (slots.normal >= 0) add_to(slots.normal, mean_normal(bsdf, point) * seen);
   if (slots.uv >= 0) {
     if (uv_of_ != hit.mesh) {
       uv_of_ = hit.mesh;
@@ -483,13 +475,10 @@ uint8_t PassRecorder::event_of_several(const Bsdf& bsdf, const Vec3& wi_world, c
 void PassRecorder::met(const Color& value, LightSource source, uint16_t group) {
   add(value, {vertices_, vertices_ > 0 ? &first_ : nullptr, events_, source, group, Technique::emission_hit,
               on_matte_ && met_other_, first_only_});
-  if (source == LightSource::background && vertices_ == 0) add_background_albedo(value);
 }
 
 void PassRecorder::see_through(const Vec3& direction_world, const Color& throughput, const PathCounts& counts) {
-  if (slots_.environment < 0 && slots_.groups.empty() && slots_.by_rule.empty() &&
-      plan_.data_slots_.denoising_albedo < 0)
-    return;
+  if (slots_.environment < 0 && slots_.groups.empty() && slots_.by_rule.empty() && !following_) return;
   scene_.lights().for_each_infinite(direction_world, counts.ray_kind, [&](const LightHit& hit) {
     const Color value = throughput * scene_.light_radiance(hit, counts);
     const Color exposed = value * plan_.settings_.exposure;
@@ -501,12 +490,8 @@ void PassRecorder::see_through(const Vec3& direction_world, const Color& through
       const bool shown = pass.kind == PassKind::environment || pass.group;
       if (shown && takes(pass, path, value, part)) add_to(pass, part * plan_.settings_.exposure);
     }
-    if (path.source == LightSource::background) add_background_albedo(value);
+    if (following_ && path.source == LightSource::background) follow_light(value);
   });
-}
-
-void PassRecorder::add_background_albedo(const Color& value) {
-  if (!data_.empty()) add_if(plan_.data_slots_.denoising_albedo, value);
 }
 
 bool PassRecorder::meets_other(const LightWalk& walk, int depth) const {

@@ -23,6 +23,7 @@
 #include "engine/path/light_walk.h"
 #include "engine/path/technique.h"
 #include "engine/scene/scene.h"
+#include "engine/shading/denoising_features.h"
 
 namespace lambent {
 
@@ -179,6 +180,8 @@ class PassPlan {
     int vector = -1, vector_weight = -1, normal = -1, uv = -1, denoising_normal = -1, denoising_depth = -1;
     int time = -1, render_time = -1;
     bool albedos = false, sharp = false, normals = false, first_surface = false;  ///< some of these
+    bool features = false;                                                        ///< denoising albedo, normal or depth
+    SharpRule sharp_rule = SharpRule::at_once;                                    ///< of these
     bool world_moves = false;  ///< `vector` is also of samples that meet nothing
   };
   struct Copy {
@@ -297,6 +300,16 @@ class PassRecorder {
   /// The walk scattered at its next vertex, on `instance`. @param parts of the evaluation in that direction, or null
   void scattered(uint32_t instance, const Bsdf& bsdf, const Vec3& wi_world, const BsdfSample& sample,
                  const EvalParts* parts = nullptr);
+  /// What denoisers are to see (albedo, normal, depth) is not found yet: the walk has met nothing but what is sharp or
+  /// transparent. follow(), followed() and follow_light() are to be told of each surface and light that it meets.
+  bool following() const { return following_; }
+  /// A surface. @param throughput the walk's there @param segment_m from the surface before @param sampled the share of
+  /// walks that got here which go on (roulette): what they scatter stands for the others
+  void follow(const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput, float segment_m, float sampled);
+  /// How that surface sends the walk on.
+  void followed(const BsdfSample& sample, const Bsdf& bsdf, const Color& throughput);
+  /// Light that the walk meets, throughput and the weight of the path tracer's rays included.
+  void follow_light(const Color& value) { add_if(plan_.data_slots_.denoising_albedo, value * shown_); }
   /// The walk met nothing behind transparent surfaces alone.
   void missed(const Vec3& direction_world);
   /// Light that the walk met.
@@ -363,7 +376,6 @@ class PassRecorder {
     if (sample_float >= 0) add_to(sample_float, value);
   }
   uint8_t event_of_several(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world, const EvalParts* parts);
-  void add_background_albedo(const Color& value);
   void add_colors(const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput);
   void add_sharp(const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput);
   float mist(const ShadingPoint& point) const;
@@ -413,6 +425,11 @@ class PassRecorder {
   EventSequence events_;
   bool on_matte_ = false, met_other_ = false;  ///< x_1 is on a matte; an object that is none has scattered the walk
   bool saw_surface_ = false;                   ///< one that is opaque enough for normals, UVs...
+  // What denoisers are to see: how far what the walk meets is shown, the samples that it stands for, and what was at
+  // the last surface.
+  bool following_ = false;
+  float shown_ = 1.0f, stands_for_ = 1.0f;
+  SurfaceFeatures features_;
   std::vector<AovValue> aov_values_;
   const Program* aovs_of_ = nullptr;     ///< what aov_numbers_ are of
   std::vector<int> aov_numbers_;         ///< by PassPlan::aovs_

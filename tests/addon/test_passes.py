@@ -158,6 +158,14 @@ render()
     assert next(iter(run.values("world").values()))["light_group"] == "sky"
 
 
+def test_denoising_passes_follow_mirrors_by_the_rule_of_the_running_version(run_blender):
+    run = run_blender("bpy.context.view_layer.lambent.use_pass_denoising_data = True\nquad()\nrender()\nprint('BLENDED', bpy.app.version >= (5, 1, 0))\n")
+    sent = {entry["kind"]: entry for entry in run.values("settings")["render"]["passes"] if isinstance(entry, dict)}
+    rule = "blended" if "BLENDED True" in run.output else None
+    for kind in ("denoising_albedo", "denoising_normal", "denoising_depth"):
+        assert sent[kind].get("argument") == rule, kind
+
+
 def test_a_layer_that_asks_for_nothing_else_is_sent_as_any_daemon_knows_it(run_blender):
     run = run_blender("bpy.context.view_layer.use_pass_z = False\nquad()\nprint(render())\n", mode="no_passes")
     assert run.values("settings")["render"]["passes"] == ["combined"]

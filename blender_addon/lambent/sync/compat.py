@@ -23,6 +23,9 @@ LONG_PASS_NAMES = bpy.app.version >= (5, 0, 0)
 # Where nothing is met, the pass Vector has the motion of the world.
 WORLD_MOVES = bpy.app.version >= (5, 2, 0)
 
+# What denoisers are to see of mirrors and glass fades into what those show, instead of changing at one roughness.
+FEATURES_ARE_BLENDED = bpy.app.version >= (5, 1, 0)
+
 # Whose rules shaders follow, as the daemon counts versions of Cycles.
 CYCLES_VERSION = 100 * bpy.app.version[0] + bpy.app.version[1]
 

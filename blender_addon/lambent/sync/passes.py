@@ -271,6 +271,8 @@ def _noisy_is_on(scene, layer):
 def _from_row(row, layer):
     if not row.kind.startswith("cryptomatte_"):
         argument = "world" if row.kind == "vector" and compat.WORLD_MOVES else None
+        if row.kind in ("denoising_albedo", "denoising_normal", "denoising_depth") and compat.FEATURES_ARE_BLENDED:
+            argument = "blended"
         return RenderPass(_name(row), row.channels, row.type, row.kind, argument)
     levels = min(layer.pass_cryptomatte_depth, _MOST_LEVELS)
     return RenderPass(_name(row), row.channels, row.type, row.kind, levels, count=(levels + 1) // 2)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/path/mis.h"
 #include "engine/path/roulette.h"
 #include "engine/path/subsurface_walk.h"
 #include "engine/path/surface.h"
@@ -160,17 +161,34 @@ float Kernel<profile>::emission_weight(LightIndex light, const Vec3& n_light, co
   return weigh(pdfs_, Technique::emission_hit, m_, reach_);
 }
 
+/// What denoisers are given to see has the weights of the path tracer's rays, so that it is the same in all
+/// integrators.
+template <KernelProfile profile>
+float Kernel<profile>::follow_weight(LightIndex light, const Vec3& direction, float distance, const Vec2& uv,
+                                     const LightTraits& traits) const {
+  if (!last_.connectible) return 1.0f;
+  if (!traits.hit_by_rays) return 0.0f;
+  return power_heuristic(
+      last_.pdf_solid_angle,
+      scene_.lights().pdf_solid_angle(last_.p_world, last_.receiver_normal, light, direction, distance, uv,
+                                      scene_.light_choices(last_.instance, EvenWorld::left_to_scattering)));
+}
+
 /// Lamps in front of what the ray met: they shine and let the ray through.
 template <KernelProfile profile>
 void Kernel<profile>::add_lamps(const Ray& ray, float t_end) {
   const LightSet& lights = scene_.lights();
-  if (!lights.has_visible_lamps() || !(pass_.set.emission || only_delta_)) return;
+  const bool following = passes_ && passes_->following();
+  if (!lights.has_visible_lamps() || !(pass_.set.emission || only_delta_ || following)) return;
   // Lamps that face their receiver turn to the last scattering vertex, from which distances are counted too.
   const Vec3 origin = distance_before_ > 0.0f && m_ > 0 ? last_.p_world : ray.origin;
   const float before = origin == ray.origin ? 0.0f : distance_before_;
   lights.for_each_lamp(
       origin, ray.direction, before + ray.t_min, before + t_end, bounces_.ray_kind, [&](const LightHit& hit) {
         if (bounces_.total - 1 > hit.traits->max_bounces || !meets(hit.traits->linked)) return;
+        if (following)
+          passes_->follow_light(throughput_ * scene_.light_radiance(hit, path_counts()) *
+                                follow_weight(hit.light, ray.direction, hit.distance_m, hit.uv, *hit.traits));
         const float weight =
             emission_weight(hit.light, hit.n_light_world, ray.direction, hit.distance_m, hit.uv, *hit.traits);
         if (weight > 0.0f)
@@ -187,7 +205,8 @@ void Kernel<profile>::add_background(const Vec3& direction) {
     if (passes_) passes_->see_through(direction, throughput_, path_counts());
     return;
   }
-  if (!(pass_.set.emission || only_delta_)) return;
+  const bool following = passes_ && passes_->following();
+  if (!(pass_.set.emission || only_delta_ || following)) return;
   scene_.lights().for_each_infinite(direction, bounces_.ray_kind, [&](const LightHit& hit) {
     // As in Cycles, suns with shadow linking are not even seen by the camera.
     const bool counts =
@@ -196,9 +215,11 @@ void Kernel<profile>::add_background(const Vec3& direction) {
     if (!counts && !received) return;
     const float weight =
         counts ? emission_weight(hit.light, hit.n_light_world, direction, k_infinity, hit.uv, *hit.traits) : 0.0f;
-    if (!(weight > 0.0f) && !received) return;
+    if (!(weight > 0.0f) && !received && !following) return;
     const Color radiance = throughput_ * scene_.light_radiance(hit, path_counts());
     const LightSource source = scene_.source_of(hit.light);
+    if (following && counts)
+      passes_->follow_light(radiance * follow_weight(hit.light, direction, k_infinity, hit.uv, *hit.traits));
     if (received && source == LightSource::background) passes_->met_world(radiance, counts);
     if (weight > 0.0f) add_met(radiance, weight, hit.light, source, hit.traits->group);
   });
@@ -207,16 +228,22 @@ void Kernel<profile>::add_background(const Vec3& direction) {
 template <KernelProfile profile>
 void Kernel<profile>::add_surface_emission(const SurfaceHit& hit, const SurfaceBinding& binding, const Vec3& direction,
                                            float distance, const Color& emission) {
-  if (is_black(emission) || !(pass_.set.emission || only_delta_) || !meets(scene_.emission_links(hit.instance))) return;
+  if (is_black(emission) || !meets(scene_.emission_links(hit.instance))) return;
+  const bool following = passes_ && passes_->following();
+  if (!(pass_.set.emission || only_delta_ || following)) return;
   pdfs_.n = m_;
-  float weight = 1.0f;
+  float weight = pass_.set.emission || only_delta_ ? 1.0f : 0.0f;
+  float followed = 1.0f;
   LightIndex light = k_no_light;
   if (m_ > 0 && binding.samples_emission) {
     light = scene_.light_at(hit);
+    if (following && light != k_no_light)
+      followed = follow_weight(light, direction, distance, hit.barycentric, scene_.lights().traits(light));
     const Vec3 n_light = dot(hit.ng_world, direction) > 0.0f ? -hit.ng_world : hit.ng_world;
     if (light != k_no_light)
       weight = emission_weight(light, n_light, direction, distance, hit.barycentric, scene_.lights().traits(light));
   }
+  if (following) passes_->follow_light(throughput_ * emission * followed);
   if (weight > 0.0f)
     add_met(throughput_ * emission, weight, light, LightSource::surface, scene_.instance(hit.instance).light_group);
 }
@@ -224,7 +251,8 @@ void Kernel<profile>::add_surface_emission(const SurfaceHit& hit, const SurfaceB
 /// What the scattered ray meets of lights with shadow linking.
 template <KernelProfile profile>
 void Kernel<profile>::add_shadow_linked(const Ray& ray) {
-  if (!(pass_.set.emission || only_delta_)) return;
+  const bool following = passes_ && passes_->following();
+  if (!(pass_.set.emission || only_delta_ || following)) return;
   for_each_shadow_linked(scene_, ray, last_.instance, path_counts(), [&](const LinkedLightPoint& met) {
     if (met.traits && bounces_.total - 1 > met.traits->max_bounces) return;
     bool depended = false;
@@ -232,7 +260,10 @@ void Kernel<profile>::add_shadow_linked(const Ray& ray) {
                        visibility(met.shadow, k_ray_shadow, bounces_.transparent, &depended, met.linked.blockers);
     if (is_black(seen)) return;
     pdfs_.n = m_;
-    float weight = 1.0f;
+    float weight = pass_.set.emission || only_delta_ ? 1.0f : 0.0f;
+    if (following)
+      passes_->follow_light(
+          seen * (met.traits ? follow_weight(met.light, ray.direction, met.distance_m, met.uv, *met.traits) : 1.0f));
     if (met.traits) {
       depended_ = depended;
       weight = emission_weight(met.light, met.n_light_world, ray.direction, met.distance_m, met.uv, *met.traits);
@@ -260,6 +291,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
   distance_before_ = 0.0f;
   depended_ = false;
   only_transparent_ = only_delta_ = true;
+  follows_alone_ = false;
   pdfs_.n = 0;
   first_ = region_ = 0;
   last_.p_world = camera_ray.origin;
@@ -328,6 +360,8 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
         first_instance_ = hit.instance;
       }
       if (program.traits().emits) add_surface_emission(hit, binding, ray.direction, distance, bsdf.emission());
+      if (passes_ && passes_->following())
+        passes_->follow(point, bsdf, throughput_, geometry_hit.t - ray.t_min, roulette.survival);
       if (bsdf.empty()) break;
       throughput_ /= roulette.survival;
       const EventNumbers numbers(sampler, event_index);
@@ -346,11 +380,12 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
       const float to_previous = m_ > 0 && !depended_ ? std::fabs(dot(last_.ng_world, ray.direction)) * per_area : 0.0f;
       const Vec3 normal = light_receiver_normal(bsdf, point.ng_world);
       const Here here{point, hit, bsdf, normal, i, to_previous, place(hit), numbers};
-      join(here, sampler, event_index);
+      if (!follows_alone_) join(here, sampler, event_index);
       scattered = sample(bsdf, point.wi_world, numbers);
       if (passes_ && only_transparent_) passes_->sampled(hit, point, bsdf, scattered, parts_.picked);
+      if (passes_ && passes_->following()) passes_->followed(scattered, bsdf, throughput_);
       u_roulette = numbers.roulette;
-      if (scattered.event == k_scatter_none) break;
+      if (scattered.event == k_scatter_none || (follows_alone_ && !passes_->following())) break;
       Vec3 receiver_normal = normal;
       float previous_per_solid_angle = to_previous;
       int here_place = here.place;
@@ -389,7 +424,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
                  false, hit.instance,       here_place};
       } else if (!(scattered.event & k_scatter_transparent)) {
         const bool delta = scattered.event & k_scatter_delta;
-        if (!pass_.set.camera_scatters && !delta) break;
+        if (!pass_.set.camera_scatters && !delta && !follow_alone()) break;
         if (i > 1) {
           pdfs_.light[i - 1] = scattered.pdf_reverse_solid_angle * previous_per_solid_angle;
           if (delta && program.traits().view_dependent && pass_.set.weighted() &&

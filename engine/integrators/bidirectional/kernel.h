@@ -108,6 +108,8 @@ class Kernel {
 
   float emission_weight(LightIndex light, const Vec3& n_light, const Vec3& direction, float distance, const Vec2& uv,
                         const LightTraits& traits);
+  float follow_weight(LightIndex light, const Vec3& direction, float distance, const Vec2& uv,
+                      const LightTraits& traits) const;
   void add_lamps(const Ray& ray, float t_end);
   void add_background(const Vec3& direction);
   void add_surface_emission(const SurfaceHit& hit, const SurfaceBinding& binding, const Vec3& direction, float distance,
@@ -137,6 +139,13 @@ class Kernel {
   /// ... with x_m the camera walk's newest vertex.
   float connections_from(const Here& here, int light_leaf) const {
     return here.i == first_ ? connections(true, region_, light_leaf) : later_connections(here.place, light_leaf);
+  }
+  /// Where the techniques end, the walk goes on for what denoisers are to see; false: nothing is left to find.
+  bool follow_alone() {
+    if (!passes_ || !passes_->following()) return false;
+    follows_alone_ = true;
+    only_transparent_ = false;
+    return true;
   }
   /// Joins the vertex to lights, light walks and photons, as far as the techniques do.
   void join(const Here& here, const Sampler& sampler, uint32_t event_index);
@@ -234,6 +243,7 @@ class Kernel {
   float distance_before_ = 0.0f;  ///< from x_m to the present ray's origin, through transparent surfaces
   bool depended_ = false;         ///< one of these depends on the camera's path: no light walk passes it
   bool only_transparent_ = true, only_delta_ = true;
+  bool follows_alone_ = false;      ///< what denoisers are to see is all that the walk still finds
   bool connections_known_ = false;  ///< pdfs_.connections and lens_pdfs_'s may differ from 1
 };
 

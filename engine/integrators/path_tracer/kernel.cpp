@@ -57,7 +57,10 @@ BsdfSample Kernel<profile, recording>::sample(const Bsdf& bsdf, const Vec3& wi_w
 template <KernelProfile profile, bool recording>
 void Kernel<profile, recording>::add_met(const Color& contribution, LightSource source, uint16_t group) {
   const Color added = add(contribution, bounces_.total > 1);
-  if (PassRecorder* const p = passes()) p->met(added, source, group);
+  if constexpr (recording) {
+    passes()->met(added, source, group);
+    if (passes()->following()) passes()->follow_light(contribution);
+  }
 }
 
 /// MIS weight of meeting a light by scattering.
@@ -261,6 +264,8 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
       // What the camera sees directly: no lobe may be so rare that it shows as dots.
       if (bounces_.ray_kind & k_ray_camera) bsdf.set_least_share(k_camera_least_share);
       if (program.traits().emits) add_surface_emission(hit, binding, ray.direction, distance, bsdf.emission());
+      if (recording && passes()->following())
+        passes()->follow(point, bsdf, throughput_, geometry_hit.t - ray.t_min, roulette.survival);
       if (bsdf.empty()) break;
       throughput_ /= roulette.survival;
       const EventNumbers numbers(sampler_, event_index);
@@ -269,6 +274,7 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
         next_event(point, hit, bsdf, receiver_normal, numbers);
       scattered = sample(bsdf, point.wi_world, numbers, parts);
       if (recording && only_transparent_) passes()->sampled(hit, point, bsdf, scattered, parts.picked);
+      if (recording && passes()->following()) passes()->followed(scattered, bsdf, throughput_);
       u_roulette = numbers.roulette;
       if (scattered.event == k_scatter_none) break;
       Vec3 scattered_normal = receiver_normal;

@@ -20,10 +20,11 @@ def screenshot(name):
 def screenshot_when(steps, name, condition):
     # A step that takes screenshots until one is as wanted, or the test has to judge the last one: drawing in software takes long
     # on a busy machine, the first time above all.
-    deadline = time.monotonic() + 60
+    begun = []
     def look():
+        begun.append(time.monotonic())
         screenshot(name)
-        if not condition(read_screenshot(os.path.join(FOLDER, name))) and time.monotonic() < deadline: steps.insert(0, (0.25, look))
+        if not condition(read_screenshot(os.path.join(FOLDER, name))) and time.monotonic() < begun[0] + 60: steps.insert(0, (0.25, look))
     return look
 def run(steps):
     def step():

@@ -210,9 +210,9 @@ class Bidirectional final : public Integrator {
       const std::lock_guard lock(owner.kernels_mutex_);
       const auto borrow = [](std::vector<std::unique_ptr<Kernel>>& kernels, auto&& make) {
         if (kernels.empty()) return make();
-        std::unique_ptr<Kernel> kernel = std::move(kernels.back());
+        std::unique_ptr<Kernel> idle = std::move(kernels.back());
         kernels.pop_back();
-        return kernel;
+        return idle;
       };
       kernel = borrow(owner.kernels_,
                       [&] { return std::make_unique<Kernel>(*owner.scene_, owner.settings_, owner.pass_, film); });

@@ -30,6 +30,9 @@ std::string Lamp::validate(const AnalyticLight& light) {
     case LightKind::spot:
       if (!(light.spot_size_rad > 0.0f) || !(light.spot_size_rad <= 2.0f * k_pi))
         return message("its spot size is not an angle");
+      // Below 0.04 degrees: no ray's cosine to the axis is larger than that of the cone.
+      if (std::cos(0.5f * light.spot_size_rad) == 1.0f)
+        return message("its spot size is too small to let light through");
       if (!usable(light.spot_blend)) return message("its spot blend is negative or not finite");
       [[fallthrough]];
     case LightKind::point:

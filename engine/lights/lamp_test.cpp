@@ -424,6 +424,10 @@ TEST(Lamp, useless_descriptions_are_named) {
         problem([](auto& l) {
           l.kind = LightKind::spot;
           l.spot_size_rad = NAN;
+        }),
+        problem([](auto& l) {
+          l.kind = LightKind::spot;
+          l.spot_size_rad = 1e-4f;
         })})
     EXPECT_NE(text.find("Key"), std::string::npos) << text;
 }

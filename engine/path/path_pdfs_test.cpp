@@ -133,7 +133,9 @@ void expect_definition(const TechniqueSet& set, float acceptance_area, int max_l
       weights += found;
       ++compared;
     }
-    if (sum > 0.0) ASSERT_NEAR(weights, 1.0, 1e-4) << "trial " << trial;
+    if (sum > 0.0) {
+      ASSERT_NEAR(weights, 1.0, 1e-4) << "trial " << trial;
+    }
   }
   EXPECT_GT(compared, 20000) << "hardly any path had a technique";
 }

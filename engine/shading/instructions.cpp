@@ -589,7 +589,7 @@ void run_instruction(const ProgramData& program, const Instruction& instruction,
       ShaderRays::MetAttribute met{Vec4(0.0f), 0.0f};
       if (a.f(0) != 0.0f) {
         SurfacePlace place;
-        std::memcpy(&place, a.at(1), sizeof(place));
+        std::memcpy(static_cast<void*>(&place), a.at(1), sizeof(place));
         met = point.rays->attribute(place, program.met_attributes[instruction.data]);
       }
       for (int k = 0; k < 4; ++k) out[k] = met.value[k];

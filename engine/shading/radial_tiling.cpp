@@ -11,8 +11,8 @@ struct Corner {
   float beyond;  ///< from there to the middle of the side
   float roundness, blend;
 
-  Corner(float half, float bevel_rad, float round)
-      : bevel(bevel_rad), beyond(half - bevel_rad), roundness(round), blend((1.0f - round) * bevel_rad) {}
+  Corner(float half_rad, float bevel_rad, float round)
+      : bevel(bevel_rad), beyond(half_rad - bevel_rad), roundness(round), blend((1.0f - round) * bevel_rad) {}
 
   float arc() const { return roundness * bevel; }
   float width() const { return std::tan(beyond) + blend + arc(); }
@@ -34,9 +34,9 @@ struct Corner {
   }
 };
 
-float bevel_of(float half, float roundness) {
+float bevel_of(float half_rad, float roundness) {
   if (roundness == 0.0f) return 0.0f;
-  return half - std::atan((1.0f - roundness) * std::tan(half));
+  return half_rad - std::atan((1.0f - roundness) * std::tan(half_rad));
 }
 
 // One place, and what is the same for all segments.

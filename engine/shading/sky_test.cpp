@@ -94,10 +94,10 @@ TEST(HosekSky, is_that_of_cycles_within_half_a_percent) {
 TEST(HosekSky, of_any_parameters_is_finite) {
   for (const float turbidity : {-1e30f, 0.0f, 1.0f, 10.0f, 1e30f})
     for (const float albedo : {-5.0f, 0.0f, 1.0f, 1e30f})
-      for (const Vec3 sun : {Vec3(0, 0, 0), Vec3(0, 0, 1), Vec3(0, 0, -1), Vec3(1, 0, -0.2f), Vec3(0, 1e30f, 0)}) {
+      for (const Vec3& sun : {Vec3(0, 0, 0), Vec3(0, 0, 1), Vec3(0, 0, -1), Vec3(1, 0, -0.2f), Vec3(0, 1e30f, 0)}) {
         const std::vector<float> table = make_hosek_sky(sun, turbidity, albedo);
         ASSERT_EQ(table.size(), k_hosek_floats);
-        for (const Vec3 d : {Vec3(0, 0, 1), Vec3(1, 0, 0), Vec3(0, 0.3f, -1), Vec3(0, 0, -1)}) {
+        for (const Vec3& d : {Vec3(0, 0, 1), Vec3(1, 0, 0), Vec3(0, 0.3f, -1), Vec3(0, 0, -1)}) {
           const Color radiance = sky_radiance(table, d);
           EXPECT_TRUE(is_finite(radiance)) << turbidity << " " << albedo << " " << sun.x << " " << sun.z;
         }

@@ -2,82 +2,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Lambent in a real window under Xvfb: F12 with buckets and Esc, panels, and the rendered viewport."""
 
-import ctypes.util
-import os
-import shutil
-
 import numpy as np
 import pytest
 from screenshots import gradient_pixels, orange_pixels, read_screenshot
-
-# Steps run one after another from a timer: each is (seconds to wait before it, function).
-STEPS = f"""
-import os, sys, time, traceback
-sys.path.append({os.path.dirname(os.path.abspath(__file__))!r})
-from screenshots import gradient_pixels, orange_pixels, read_screenshot
-"""
-STEPS += """
-FOLDER = os.environ['LAMBENT_TEST_DIR']
-def window(): return bpy.context.window_manager.windows[0]
-def screenshot(name):
-    # What Xvfb shows, from its memory: Blender's own screenshots are black in 5.2 without a graphics card.
-    import shutil
-    shutil.copyfile(os.path.join(FOLDER, 'Xvfb_screen0'), os.path.join(FOLDER, name))
-def screenshot_when(steps, name, condition):
-    # A step that takes screenshots until one is as wanted, or the test has to judge the last one: drawing in software takes long
-    # on a busy machine, the first time above all.
-    deadline = time.monotonic() + 60
-    def look():
-        screenshot(name)
-        if not condition(read_screenshot(os.path.join(FOLDER, name))) and time.monotonic() < deadline: steps.insert(0, (0.25, look))
-    return look
-def run(steps):
-    def step():
-        if not steps:
-            bpy.ops.wm.quit_blender()
-            return None
-        _, function = steps.pop(0)
-        try:
-            function()
-        except Exception:
-            traceback.print_exc()
-            os._exit(9)
-        return steps[0][0] if steps else 0.1
-    bpy.app.timers.register(step, first_interval=steps[0][0], persistent=True)
-def render_in_window():
-    with bpy.context.temp_override(window=window()):
-        bpy.ops.render.render('INVOKE_DEFAULT')
-def escape():
-    # A key of the X server itself: Blender stops renders on it before its event system, which event_simulate would enter.
-    import ctypes
-    try:
-        x11, test = ctypes.CDLL('libX11.so.6'), ctypes.CDLL('libXtst.so.6')
-    except OSError:
-        print('NO XTST', flush=True); os._exit(0)
-    x11.XOpenDisplay.restype = ctypes.c_void_p
-    display = ctypes.c_void_p(x11.XOpenDisplay(None))
-    key = x11.XKeysymToKeycode(display, ctypes.c_ulong(0xFF1B))
-    test.XTestFakeMotionEvent(display, -1, 400, 400, ctypes.c_ulong(0))
-    for down in (1, 0): test.XTestFakeKeyEvent(display, key, down, ctypes.c_ulong(0))
-    x11.XFlush(display)
-    x11.XCloseDisplay(display)
-bpy.context.preferences.view.render_display_type = 'AREA'
-bpy.context.preferences.view.show_splash = False
-"""
-WINDOW = ("-p", "0", "0", "1200", "760")
-
-
-@pytest.fixture
-def run_window(run_blender, tmp_path):
-    """run_blender with a window of 1200 x 760."""
-    if not shutil.which("xvfb-run") or not ctypes.util.find_library("Xtst"):
-        pytest.skip("no xvfb-run or no libXtst")
-    wrapper = ("xvfb-run", "-a", "-s", f"-screen 0 1280x800x24 -fbdir {tmp_path}")
-
-    def run(script, **options):
-        return run_blender(STEPS + script, wrapper=wrapper, arguments=WINDOW, timeout=120, **options)
-
-    return run
 
 
 def test_f12_shows_buckets_and_esc_stops_at_once_and_keeps_them(run_window, tmp_path):

@@ -129,6 +129,10 @@ class SceneEdits:
         found += [messages.encode_json({"op": "remove", "kind": key[0], "id": key[1]}) for key in self._removed]
         return found
 
+    def changed(self):
+        """{(kind, id): encoded value, None where it is removed} of what edits() brings. To be called after it."""
+        return {**self._changed, **dict.fromkeys(self._removed)}
+
     def confirm(self):
         """The daemon accepted the edits: the state knows them now."""
         state = self._state

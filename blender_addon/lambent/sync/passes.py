@@ -17,6 +17,8 @@ COMBINED = "Combined"
 COMBINED_CHANNEL = "combined"
 # What a daemon that announces no passes has.
 ONLY_COMBINED = frozenset({"combined"})
+# What settings() gives.
+SETTINGS_OF_PASSES = frozenset({"passes", "pass_alpha_threshold", "mist", "ambient_occlusion_distance_m"})
 _MOST_LEVELS = 16
 # Of the name of a pass in Blender's result.
 _MOST_BYTES = 63
@@ -137,14 +139,23 @@ class RenderPass:
 
 def asked(scene, layer):
     """What a view layer asks for, Combined first: a list of RenderPass, in which names may still occur twice."""
+    return _of_layer(layer, lambda row: _is_on(row, scene, layer))
+
+
+def possible(layer):
+    """What a view layer could ask for in this Blender, whichever of its switches are on, and its own passes; as asked()."""
+    return _of_layer(layer, lambda row: _name(row) is not None)
+
+
+def _of_layer(layer, wanted):
     found = [RenderPass(COMBINED, "RGBA", "COLOR", "combined")]
-    found += [_from_row(row, layer) for row in _BLENDER if _is_on(row, scene, layer)]
+    found += [_from_row(row, layer) for row in _BLENDER if wanted(row)]
     for aov in layer.aovs:
         channels = "X" if aov.type == "VALUE" else "RGBA"
         found.append(RenderPass(aov.name, channels, aov.type, f"aov_{aov.type.lower()}", aov.name))
     for group in layer.lightgroups:
         found.append(RenderPass(_cut(f"Combined_{group.name}"), "RGB", "COLOR", "light_group", group.name))
-    found += [_from_row(row, layer) for row in _LAMBENT if _is_on(row, scene, layer)]
+    found += [_from_row(row, layer) for row in _LAMBENT if wanted(row)]
     if layer.lambent.use_shadow_groups:
         for entry in [entry for entry in found if entry.kind in _OF_SHADOWS]:
             found += [replace(entry, name=_cut(f"{entry.name}_{group.name}"), argument=group.name) for group in layer.lightgroups]
@@ -210,7 +221,7 @@ def settings(passes, layer, world):
 
 def mattes(passes, layer):
     """{original object: names of the mattes among passes that show it}."""
-    asked_for = {entry.name for entry in passes if entry.kind == "matte"}
+    asked_for = {entry.argument for entry in passes if entry.kind == "matte"}
     found = {}
     for matte in layer.lambent.mattes:
         if matte.name not in asked_for:

@@ -23,7 +23,7 @@ class View:
     camera: the evaluated camera object, or None. matrix_world: mathutils 4x4. camera_value: a whole camera datablock in place
     of camera, for views that no camera object stands for. preview: viewport settings count.
     motion: motion.Motion where a pass shows it, or None. sample_limit: samples at most, 0 for no limit. local_daemon: it sees our files. pass_kinds: the protocol's kinds of passes
-    that the daemon has.
+    that the daemon has. shown: the passes.RenderPass that a viewport shows, None for Combined.
     """
 
     width: int
@@ -39,6 +39,7 @@ class View:
     local_daemon: bool = True
     pass_kinds: frozenset = passes.ONLY_COMBINED
     motion: object = None
+    shown: passes.RenderPass = None
 
 
 def export_scene(depsgraph, state, view, should_stop, keep_mesh=lambda identifier, original, data: False):
@@ -57,7 +58,7 @@ def export_scene(depsgraph, state, view, should_stop, keep_mesh=lambda identifie
     camera_id = _export_camera(edits, view)
     mattes = passes.mattes(wanted, view_layer)
     objects.ObjectExporter(edits, depsgraph, keep_mesh, view.motion, mattes).export(should_stop)
-    shown_world = getattr(view_layer, "world_override", None) or scene.world
+    shown_world = _shown_world(scene, view_layer)
     world_id = None
     if shown_world is not None and view_layer.use_sky:
         try:
@@ -71,8 +72,11 @@ def export_scene(depsgraph, state, view, should_stop, keep_mesh=lambda identifie
 
 
 def wanted_passes(scene, view_layer, view):
-    """The passes that a render through view delivers, Combined first; viewports and previews show no other."""
-    return passes.rendered(scene, view_layer, passes.ONLY_COMBINED if view.preview else view.pass_kinds)
+    """The passes that a render through view delivers, Combined first; a viewport has one other at most, previews none."""
+    if not view.preview:
+        return passes.rendered(scene, view_layer, view.pass_kinds)
+    combined = passes.rendered(scene, view_layer, passes.ONLY_COMBINED)
+    return combined if view.shown is None else [*combined, view.shown]
 
 
 def export_view(depsgraph, state, view):
@@ -83,8 +87,12 @@ def export_view(depsgraph, state, view):
     camera_id = _export_camera(edits, view)
     scene, view_layer = depsgraph.scene_eval, depsgraph.view_layer_eval
     wanted = wanted_passes(scene, view_layer, view)
-    settings.export_settings(edits, scene, view_layer, view, camera_id, world, wanted, None)
+    settings.export_settings(edits, scene, view_layer, view, camera_id, world, wanted, _shown_world(scene, view_layer))
     return edits
+
+
+def _shown_world(scene, view_layer):
+    return getattr(view_layer, "world_override", None) or scene.world
 
 
 def _export_camera(edits, view):

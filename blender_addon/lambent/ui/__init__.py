@@ -15,6 +15,7 @@ from . import (
     presets,
     properties,
     scene_export,
+    viewport_panel,
 )
 
 _MODULES = (
@@ -29,6 +30,7 @@ _MODULES = (
     blender_panels,
     compatible,
     scene_export,
+    viewport_panel,
 )
 
 

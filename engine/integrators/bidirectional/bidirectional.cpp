@@ -86,6 +86,8 @@ class Bidirectional final : public Integrator {
   int begin_stage(Film&, int64_t sample, int stage) override {
     if (learns_aim(sample) && stage-- == 0) return 1;
     if (pass_.set.shared_lights) return begin_shared();
+    take_learned();
+    if (!keeps_walks()) return 0;
     if (stage == 1) return has_pool() ? choose_pool(sample) : 0;
     if (stage == 2) {
       if (has_pool()) finish_pool();
@@ -109,10 +111,8 @@ class Bidirectional final : public Integrator {
       RayCounts counts;
       aim_ =
           bidirectional::learn_aim<profile>(*scene_, settings_, pass_.set, film, typical_footprint_m_, cancel, counts);
-      if (pass_.set.connections) {
-        learned_ = bidirectional::learn_guide<profile>(*scene_, settings_, pass_, film, cancel, counts);
-        if (!learned_->guide.empty()) pass_.guide = &learned_->guide;
-      }
+      if (pass_.set.connections)
+        learning_ = bidirectional::learn_guide<profile>(*scene_, settings_, pass_, film, cancel, counts);
       return counts;
     }
     if (pass_.set.shared_lights) return trace_shared(sample);
@@ -210,9 +210,9 @@ class Bidirectional final : public Integrator {
       const std::lock_guard lock(owner.kernels_mutex_);
       const auto borrow = [](std::vector<std::unique_ptr<Kernel>>& kernels, auto&& make) {
         if (kernels.empty()) return make();
-        std::unique_ptr<Kernel> kernel = std::move(kernels.back());
+        std::unique_ptr<Kernel> idle = std::move(kernels.back());
         kernels.pop_back();
-        return kernel;
+        return idle;
       };
       kernel = borrow(owner.kernels_,
                       [&] { return std::make_unique<Kernel>(*owner.scene_, owner.settings_, owner.pass_, film); });
@@ -254,6 +254,14 @@ class Bidirectional final : public Integrator {
 
   /// Before the first sample of this render, whichever that is: what is learned does not depend on it.
   bool learns_aim(int64_t sample) const { return sample == first_sample_ && pass_.set.light_walks(); }
+
+  /// What stages() says depends on what was learned, and workers ask for it while one learns.
+  void take_learned() {
+    if (!learning_) return;
+    learned_ = std::move(learning_);
+    learning_.reset();
+    if (!learned_->guide.empty()) pass_.guide = &learned_->guide;
+  }
 
   bool has_pool() const { return pass_.guide != nullptr; }
   /// Whether the light walks of a sample serve the next.
@@ -382,7 +390,8 @@ class Bidirectional final : public Integrator {
   PhotonMap photons_;
   std::vector<std::unique_ptr<LightWalk>> shared_;
   std::vector<const LightWalk*> shared_view_;
-  std::optional<bidirectional::LearnedGuide> learned_;  ///< none: not yet
+  std::optional<bidirectional::LearnedGuide> learned_;   ///< none: not yet
+  std::optional<bidirectional::LearnedGuide> learning_;  ///< by the one piece of a stage, until it is over
   std::vector<bidirectional::ChosenWalk> chosen_;
   std::vector<std::unique_ptr<LightWalk>> pool_walks_;                 ///< the chosen, traced again
   std::vector<std::vector<bidirectional::VertexPool::Vertex>> taken_;  ///< of each

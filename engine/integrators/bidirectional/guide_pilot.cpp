@@ -238,10 +238,10 @@ class GuidePilot {
                         0.5 * (k_trials.first + k_trials.later * later_vertices);
     of_rest += k_left_by_pool * (of_first + of_later);
     // (rest + first / p + later / q) (rays + p's rays + q's rays) is least there.
-    const auto best = [&](double of_pick, double vertices) {
+    const auto best = [&](double of_pick, double picking_vertices) {
       if (!(of_pick > 0.0)) return 1;
-      const double picks =
-          std::sqrt(of_pick / std::max(of_rest, 1e-6 * of_pick) * std::max(rays, 1.0) / (k_rays_of_pick * vertices));
+      const double picks = std::sqrt(of_pick / std::max(of_rest, 1e-6 * of_pick) * std::max(rays, 1.0) /
+                                     (k_rays_of_pick * picking_vertices));
       return static_cast<int>(std::lround(std::clamp(picks, 1.0, k_most_picks)));
     };
     const int later = best(of_later, later_vertices);

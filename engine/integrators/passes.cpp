@@ -17,7 +17,7 @@ namespace {
 constexpr float k_no_depth = 1e10f;
 /// One sample in so many traces a ray for ambient occlusion that serves nothing else, and samples what a surface
 /// receives where the integrator does not. The numbers of numbers() make up for the fewer samples.
-constexpr uint32_t k_occlusion_step = 2, k_received_step = 8;
+constexpr uint32_t k_occlusion_step = 2, k_received_step = 4;
 /// Where a path stands that leaves the first surface to ask what it receives.
 constexpr PathCounts k_counts_behind_first{k_ray_shadow, 1, 0, 0, 0, 0};
 
@@ -334,15 +334,17 @@ void PassRecorder::occlusion(const SurfaceHit& hit, const ShadingPoint& point, c
 }
 
 void PassRecorder::occlude(const SurfaceHit& hit, const ShadingPoint& point) {
-  if (!samples_for_passes(k_occlusion_step)) return;
-  const Vec3 u = numbers(Own::occlusion, k_occlusion_step);
+  // Where the next ray often serves, the others are few.
+  const uint32_t step = shared_ ? 1 : k_occlusion_step;
+  if (!samples_for_passes(step)) return;
+  const Vec3 u = numbers(Own::occlusion, step);
   const Vec3 direction = Frame::from_normal(point.ns_world).to_world(sample_cosine_hemisphere({u.x, u.y}));
   float found = 0.0f;  // below the surface
   if (dot(direction, point.ng_world) > 0.0f) {
     const Vec3 origin = offset_origin(hit.p_world, hit.p_error, hit.ng_world, direction);
     found = open({origin, 0.0f, direction, plan_.settings_.ambient_occlusion_distance_m, k_visible_shadow});
   }
-  add_occlusion(found, static_cast<float>(k_occlusion_step));
+  add_occlusion(found, static_cast<float>(step));
 }
 
 void PassRecorder::sampled(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, const BsdfSample& sample,

@@ -179,10 +179,10 @@ class PassPlan {
     int shadow = -1, unshadowed = -1;
     int vector = -1, vector_weight = -1, normal = -1, uv = -1, denoising_normal = -1, denoising_depth = -1;
     int time = -1, render_time = -1;
-    bool albedos = false, sharp = false, normals = false, first_surface = false;  ///< some of these
-    bool features = false;                                                        ///< denoising albedo, normal or depth
-    SharpRule sharp_rule = SharpRule::at_once;                                    ///< of these
-    bool world_moves = false;  ///< `vector` is also of samples that meet nothing
+    bool albedos = false, sharp = false, first_surface = false;  ///< some of these
+    bool features = false;                                       ///< denoising albedo, normal or depth
+    SharpRule sharp_rule = SharpRule::at_once;                   ///< of these
+    bool world_moves = false;                                    ///< `vector` is also of samples that meet nothing
   };
   struct Copy {
     int from, to, floats;

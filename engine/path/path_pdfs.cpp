@@ -1,6 +1,7 @@
 #include "engine/path/path_pdfs.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace lambent {
 
@@ -29,9 +30,9 @@ float sum_of_ratios(const PathPdfs& pdfs, const TechniqueSet& set, const Techniq
   const float* l = pdfs.light.data();
   const uint8_t* flags = pdfs.flags.data();
   const auto power = [](float ratio) { return merging ? ratio : ratio * ratio; };
-  // Of a camera walk's way on from x_i, i >= 1; `power` makes k_shared_scatter of it.
-  constexpr float k_shared = merging ? k_shared_scatter : k_root_of_shared_scatter;
-  const auto shared = [&](int i) { return flags[i] & k_connectible ? k_shared : 1.0f; };
+  // Of a camera walk's way on from x_i, i >= 1; `power` makes counts.shared_scatter of it.
+  const float of_scatter = merging ? counts.shared_scatter : std::sqrt(counts.shared_scatter);
+  const auto shared = [&](int i) { return flags[i] & k_connectible ? of_scatter : 1.0f; };
   float sum = 0.0f;
   const auto merge_term = [&](int i, float q) {
     if constexpr (merging) {

@@ -77,15 +77,9 @@ struct MergeReach {
 /// photon map, so where the light walk's prefix is the narrower one, merging is worth less than its count says.
 void fill_correlation(PathPdfs& pdfs, const TechniqueCounts& counts, float acceptance_area);
 
-/// What a technique's term in weights counts for with each scatter (delta ones aside) by which a camera walk went on to
-/// a further vertex. Heuristics take techniques as independent, but all that is found from x_2 on shares the scatter at
-/// x_1 and its noise, all from x_3 on that at x_2 too; of light walks, each vertex adds to another pixel or is one of
-/// many that are chosen from. tests/perf/LIGHT_TRANSPORT.md has what it brings.
-inline constexpr float k_shared_scatter = 0.5f, k_root_of_shared_scatter = 0.70710678f;
-
 /// Weight of a technique for the path: power heuristic with exponent 2 without merging, balance heuristic with it (the
-/// correlation-aware one), both with k_shared_scatter. Weights of all techniques of `set` that can make the path sum to
-/// 1.
+/// correlation-aware one), both with TechniqueCounts::shared_scatter. Weights of all techniques of `set` that can make
+/// the path sum to 1.
 /// @param vertex connection: m; merging: i; ignored for the others
 float path_weight(PathPdfs& pdfs, const TechniqueSet& set, const TechniqueCounts& counts, const MergeReach& merge,
                   Technique technique, int vertex);

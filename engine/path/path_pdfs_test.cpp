@@ -22,7 +22,7 @@ struct Oracle {
   bool flag(int i, uint8_t which) const { return (pdfs.flags[static_cast<size_t>(i)] & which) == which; }
   /// C_i, times what scatters that later vertices share count for.
   double camera(int i) const {
-    const double shared = std::pow(static_cast<double>(k_shared_scatter), set.merging ? 1.0 : 0.5);
+    const double shared = std::pow(static_cast<double>(counts.shared_scatter), set.merging ? 1.0 : 0.5);
     double product = 1.0;
     for (int j = 1; j <= i; ++j)
       product *= static_cast<double>(pdfs.camera[static_cast<size_t>(j)]) *

@@ -65,6 +65,12 @@ struct TechniqueCounts {
   float light_paths = 1.0f;    ///< light walks of a pass whose splats may reach any pixel
   float merge_paths = 1.0f;    ///< light walks whose photons are merged with
   int max_light_vertices = 1;  ///< light walks are no longer; techniques that would need it do not exist
+  /// What a technique's term in weights counts for with each scatter (delta ones aside) by which the camera walk went
+  /// on to a further vertex. Heuristics take techniques as independent, but all that is found from x_2 on has the noise
+  /// of the scatter at x_1, all from x_3 on that of the one at x_2 too; of light walks, each vertex adds to another
+  /// pixel or is one of many that are chosen from. Half is best or near it on the scenes of
+  /// tests/perf/LIGHT_TRANSPORT.md.
+  float shared_scatter = 0.5f;
 };
 
 enum class Technique : uint8_t { emission_hit, next_event, connection, light_tracing, merging };

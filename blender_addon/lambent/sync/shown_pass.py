@@ -78,7 +78,8 @@ def _by_key(layer, kinds=None):
 def _key(entry):
     if entry.kind == "light_path":
         return f"light_path:{entry.name}"
-    if isinstance(entry.argument, str):
+    # A denoising pass's argument is a rule, not one of several of its kind.
+    if isinstance(entry.argument, str) and not entry.kind.startswith("denoising_"):
         return f"{_SORTS.get(entry.kind, entry.kind)}:{entry.argument}"
     return entry.kind
 

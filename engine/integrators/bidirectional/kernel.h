@@ -188,6 +188,11 @@ class Kernel {
     return pass_.set.weighted() ? path_weight(pdfs, pass_.set, pass_.counts, reach, technique, vertex) : 1.0f;
   }
   MergeReach reach_at(const Vec3& p_first_hit) const;
+  /// Whether what needs a shadow ray will lose its roulette, which goes by contribution times weight: known before the
+  /// weight where the contribution itself is that small.
+  bool loses_at_any_weight(const Color& contribution, float u_roulette) const {
+    return u_roulette >= max_component(abs(contribution)) * threshold_scale_;
+  }
 
   /// Adds what is left of a contribution after weight and clamping, and returns it.
   Color add(const Color& contribution, Technique technique, float weight, LightIndex light, bool indirect);

@@ -87,6 +87,8 @@ void Kernel<profile>::next_event(const Here& here) {
     passes_->received(contribution * *seen_through, contribution);
   }
 
+  if (light.traits->shadows && loses_at_any_weight(contribution, here.numbers.shadow_roulette)) return;
+
   const bool can_be_hit = !light.is_delta && light.traits->hit_by_rays;
   const bool triangle = lights.kind(light.light) == LightKind::triangle;
   const Vec3 n_light =
@@ -189,7 +191,8 @@ Color Kernel<profile>::connect(const Here& here, const LightWalk& walk, const Li
     contribution *= share_within_limits(settings_.bounces, before, vertex.counts, &at_camera,
                                         counted_at_light ? &at_light.shares : nullptr);
   }
-  if (is_black(contribution) || !is_finite(contribution)) return Color(0.0f);
+  if (is_black(contribution) || !is_finite(contribution) || loses_at_any_weight(contribution, u_roulette))
+    return Color(0.0f);
 
   float weight = 1.0f;
   pdfs_.n = n;

@@ -34,7 +34,7 @@ void Kernel<profile>::connect_to_lens(const LightWalk& walk, const LightVertex& 
   if (!walk.scatter(vertex, lens.direction_world, true, near, scratch_, at_light)) return;
   Color contribution = vertex.throughput * at_light.f_cos * lens.importance_px2_per_m2;
   if (near) contribution *= share_within_limits(settings_.bounces, {}, vertex.counts, nullptr, &at_light.shares);
-  if (is_black(contribution)) return;
+  if (is_black(contribution) || loses_at_any_weight(contribution / pass_.counts.light_paths, u_roulette)) return;
 
   float weight = 1.0f;
   lens_pdfs_.n = vertex.depth;

@@ -97,6 +97,7 @@ class Pilot {
     pass_.set.first_merge_camera = pass_.set.first_merge_light = 1;
     pass_.counts.max_light_vertices = std::min(settings_.bounces.total + 1, k_most_bounces);
     pass_.counts.light_paths = static_cast<float>(pixels_);
+    pass_.counts.shared_scatter = 1.0f;  // light that comes by further bounces is not for an aim to find
     pass_.correlation_aware = false;
   }
 

@@ -68,8 +68,8 @@ struct TechniqueCounts {
   /// What a technique's term in weights counts for with each scatter (delta ones aside) by which the camera walk went
   /// on to a further vertex. Heuristics take techniques as independent, but all that is found from x_2 on has the noise
   /// of the scatter at x_1, all from x_3 on that of the one at x_2 too; of light walks, each vertex adds to another
-  /// pixel or is one of many that are chosen from. Half is best or near it on the scenes of
-  /// tests/perf/LIGHT_TRANSPORT.md.
+  /// pixel or is one of many that are chosen from. Half is best or near it on those scenes of
+  /// tests/perf/LIGHT_TRANSPORT.md where light walks matter.
   float shared_scatter = 0.5f;
 };
 

@@ -261,6 +261,8 @@ class Bidirectional final : public Integrator {
     learned_ = std::move(learning_);
     learning_.reset();
     if (!learned_->guide.empty()) pass_.guide = &learned_->guide;
+    // Where one connection is enough, camera walks find nearly all of the light by themselves.
+    if (learned_->picks.first <= 1) pass_.counts.shared_scatter = 1.0f;
   }
 
   bool has_pool() const { return pass_.guide != nullptr; }

@@ -236,7 +236,7 @@ Status Film::load(const std::string& path, const std::string& identity) {
     std::copy(splats.begin(), splats.end(), s.splats->integers());
     s.splats->set_paths(light_paths);
   }
-  mark_all_dirty();
+  mark_filled_dirty();
   return Ok{};
 }
 

@@ -318,8 +318,18 @@ std::vector<int> Film::take_dirty(size_t limit) {
   return result;
 }
 
-void Film::mark_all_dirty() {
-  for (Storage::Tile& tile : storage_->tiles) storage_->mark_dirty(tile);
+void Film::mark_filled_dirty() {
+  const bool has_splats = light_paths() > 0;  // which may lie anywhere
+  for (int i = 0; i < grid_.count(); ++i) {
+    const Rectangle& r = grid_[i];
+    const auto has_samples = [&] {
+      for (int y = r.y; y < r.y + r.height; ++y)
+        for (size_t p = pixel_index(r.x, y), end = p + size_t(r.width); p < end; ++p)
+          if (storage_->counts[p] > 0) return true;
+      return false;
+    };
+    if (has_splats || has_samples()) storage_->mark_dirty(storage_->tiles[static_cast<size_t>(i)]);
+  }
 }
 
 uint64_t Film::rejected_count() const {

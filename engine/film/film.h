@@ -98,7 +98,8 @@ class Film {
 
   /// Tiles finished by a writer since last taken, oldest first, at most `limit`. One reader at a time.
   std::vector<int> take_dirty(size_t limit);
-  void mark_all_dirty();
+  /// Those that hold anything. While nobody writes.
+  void mark_filled_dirty();
 
   /// Estimates that were rejected: counted, and the first k_recorded of them (by pixel and sample, whatever the
   /// thread).

@@ -469,8 +469,12 @@ TEST(Film, dirty_tiles_are_taken_once_oldest_first) {
   EXPECT_EQ(film->take_dirty(2), (std::vector<int>{4, 1}));
   EXPECT_EQ(film->take_dirty(100), (std::vector<int>{3}));
   EXPECT_TRUE(film->take_dirty(100).empty());
-  film->mark_all_dirty();
-  EXPECT_EQ(film->take_dirty(100).size(), size_t(film->tiles().count()));
+  film->mark_filled_dirty();
+  EXPECT_TRUE(film->take_dirty(100).empty()) << "none holds anything";
+  const Rectangle& r = film->tiles()[2];
+  TileWriter(*film, 2).add(r.x + 1, r.y + 1, std::vector<float>(size_t(film->sample_components()), 1.0f));
+  film->take_dirty(100), film->mark_filled_dirty();
+  EXPECT_EQ(film->take_dirty(100), (std::vector<int>{2}));
 }
 
 TEST(Film, tiles_can_be_read_while_they_are_written) {

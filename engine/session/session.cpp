@@ -279,7 +279,7 @@ void Session::State::conduct(const std::shared_ptr<Run>& run_pointer) {
     const std::lock_guard lock(of.mutex);
     of.complete = true;
     of.stage = Stage::idle;
-    if (of.film) of.film->mark_all_dirty();
+    if (of.film) of.film->mark_filled_dirty();
     of.tiles_told = false;
   }
   if (of.film) tell_tiles(of);

@@ -96,7 +96,7 @@ k_shared = (
 )
 k_by_bpt = "of two noisy pictures, the one without shadows made by BPT's techniques"
 k_few_received = (
-    "what a surface receives is asked for in every eighth sample, and a quotient of few samples lies lower: 0 where none of them met it. 60 px wide "
+    "what a surface receives was asked for in every eighth sample (every fourth now), and a quotient of few samples lies lower: 0 where none of them met it. 60 px wide "
     "PPM's mean is 0.972 +- 0.002 of PT's with 32 samples; with 256 it is 0.996 +- 0.002 of PT's with 32, and no test differs by over 1%"
 )
 k_blur = (

@@ -387,12 +387,16 @@ TEST(Film, ids_are_ranked_by_coverage) {
   EXPECT_EQ(std::vector<float>(p, p + 4), (std::vector<float>{-2.0f, 0.5f, 1e-3f, 0.25f}));
 }
 
-TEST(Film, channels_of_ids_share_the_things_that_samples_met) {
+std::shared_ptr<Film> pixel_of_ids(int objects, int materials) {
   FilmSettings settings;
   settings.width = settings.height = 1;
-  settings.channels.push_back({.name = "object", .components = 4, .rule = ChannelRule::ids});
-  settings.channels.push_back({.name = "material", .components = 8, .rule = ChannelRule::ids});
-  const auto film = make_film(settings);
+  settings.channels.push_back({.name = "object", .components = objects, .rule = ChannelRule::ids});
+  settings.channels.push_back({.name = "material", .components = materials, .rule = ChannelRule::ids});
+  return make_film(settings);
+}
+
+TEST(Film, channels_of_ids_share_the_things_that_samples_met) {
+  const auto film = pixel_of_ids(4, 8);
   ASSERT_EQ(film->layout().id_slots, 8);
   ASSERT_EQ(film->layout().id_floats(), 3);
   using Things = std::vector<float>;  // (weight, object, material)...
@@ -411,11 +415,7 @@ TEST(Film, channels_of_ids_share_the_things_that_samples_met) {
 }
 
 TEST(Film, a_pixel_that_meets_more_things_than_it_holds_keeps_their_weights) {
-  FilmSettings settings;
-  settings.width = settings.height = 1;
-  settings.channels.push_back({.name = "object", .components = 4, .rule = ChannelRule::ids});
-  settings.channels.push_back({.name = "material", .components = 4, .rule = ChannelRule::ids});
-  const auto film = make_film(settings);
+  const auto film = pixel_of_ids(4, 4);
   std::vector<float> sample(static_cast<size_t>(film->sample_components()));
   {
     TileWriter writer(*film, 0);

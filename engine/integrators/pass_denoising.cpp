@@ -8,24 +8,14 @@
 
 namespace lambent {
 
-namespace {
-
-/// Of the commonest surfaces: one lobe, which is never sharp.
-bool is_never_sharp(const Bsdf& bsdf) {
-  if (bsdf.lobes().size() != 1) return false;
-  const LobeKind kind = bsdf.lobes()[0].kind;
-  return kind < LobeKind::reflection && kind != LobeKind::transparent && kind != LobeKind::portal;
-}
-
-}  // namespace
-
 void PassRecorder::follow(const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput, float segment_m,
                           float sampled) {
   const PassPlan::DataSlots& slots = plan_.data_slots_;
   stands_for_ /= sampled;
   const Color seen = throughput * (shown_ / sampled);
   if (slots.denoising_depth >= 0) values_[slots.denoising_depth] += average(seen) * segment_m;
-  if (is_never_sharp(bsdf)) {
+  // The commonest surfaces, where one lobe is all that is shown.
+  if (bsdf.lobes().size() == 1 && sharpness(bsdf.lobes()[0], slots.sharp_rule) == 0.0f) {
     following_ = false;
     if (slots.denoising_albedo >= 0) add_to(slots.denoising_albedo, seen * bsdf.albedo(point.wi_world));
     if (slots.denoising_normal >= 0)

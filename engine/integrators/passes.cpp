@@ -62,7 +62,7 @@ Vec3 mean_normal(const Bsdf& bsdf, const ShadingPoint& point) {
   int count = 0;
   const Lobe* last = nullptr;
   for (const Lobe& lobe : bsdf.lobes())
-    if (lobe.kind != LobeKind::transparent && lobe.kind != LobeKind::portal) {
+    if (!goes_straight(lobe.kind)) {
       sum += lobe.n * average(lobe.weight);
       last = &lobe;
       ++count;

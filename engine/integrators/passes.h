@@ -297,6 +297,8 @@ class PassRecorder {
   /// The walk's next ray: what it met (null: nothing) at distance t. Asked for by waits_for_ray().
   void next_ray(float t, const Program* met);
   bool waits_for_ray() const { return occlusion_ == Occlusion::next_ray; }
+  /// sampled() is to be told which lobe was picked.
+  bool waits_for_scatter() const { return occlusion_ == Occlusion::scattering; }
   /// The walk scattered at its next vertex, on `instance`. @param parts of the evaluation in that direction, or null
   void scattered(uint32_t instance, const Bsdf& bsdf, const Vec3& wi_world, const BsdfSample& sample,
                  const EvalParts* parts = nullptr);
@@ -345,6 +347,8 @@ class PassRecorder {
   bool wants_light() const { return !light_.empty(); }
   bool wants_events() const { return events_wanted_; }
   bool wants_classes() const { return classes_; }
+  /// Whether joined() and scattered() have a use for what the walk's next evaluation tells of classes and events.
+  bool wants_eval_parts() const { return events_wanted_ || (classes_ && vertices_ == 0); }
   /// Whether a light walk scatters at an object that is no catcher, up to `depth` from the light; asked for mattes.
   bool meets_other(const LightWalk& walk, int depth) const;
   bool wants_mattes() const { return mattes_; }

@@ -114,6 +114,7 @@ void expect_definition(const TechniqueSet& set, float acceptance_area, int max_l
   const double exponent = set.merging ? 1.0 : 2.0;
   int compared = 0;
   for (int trial = 0; trial < 20000; ++trial) {
+    counts.shared_scatter = trial % 2 == 0 ? 0.5f : 1.0f;
     PathPdfs pdfs = random_path(random);
     const Oracle oracle{pdfs, set, counts, reach};
     std::vector<std::pair<Technique, int>> techniques{

@@ -339,9 +339,9 @@ BsdfEval Bsdf::eval_lobes(const Vec3& wi_world, const Vec3& wo_world, Transport 
     result.f_cos += term.f_cos;
     result.pdf_solid_angle += selected.of[i] * term.pdf;
     if constexpr (wants_parts) {
-      const FactsBySide& by_side = k_kind_facts[static_cast<size_t>(lobe.kind)];
-      const bool apart = by_side[0].by_side && dot(lobe.n, wi_world) * dot(lobe.n, wo_world) < 0.0f;
-      const KindFacts& facts = by_side[apart];
+      const FactsBySide& of_kind = k_kind_facts[static_cast<size_t>(lobe.kind)];
+      const bool apart = of_kind[0].by_side && dot(lobe.n, wi_world) * dot(lobe.n, wo_world) < 0.0f;
+      const KindFacts& facts = of_kind[apart];
       if (count_ == 1) {
         parts->only_event = facts.event;
         parts->only_class = facts.one;
@@ -579,14 +579,14 @@ ClassShares Bsdf::class_shares(const Vec3& wi_world, const Vec3& wo_world, Trans
 std::optional<LobeClass> Bsdf::class_of_only_lobe() const {
   if (count_ != 1) return std::nullopt;
   const LobeKind kind = lobes_[0].kind;
-  if (kind == LobeKind::transparent || kind == LobeKind::portal || kind == LobeKind::glass) return std::nullopt;
+  if (goes_straight(kind) || kind == LobeKind::glass) return std::nullopt;
   return class_of(kind, transmits_alone(kind));
 }
 
 ClassAlbedos Bsdf::class_albedos(const Vec3& wi_world) const {
   ClassAlbedos result;
   for (const Lobe& lobe : lobes()) {
-    if (lobe.kind == LobeKind::transparent || lobe.kind == LobeKind::portal) continue;
+    if (goes_straight(lobe.kind)) continue;
     const float cos_view = dot(lobe.n, wi_world);
     if (lobe.kind == LobeKind::glass) {
       const GlassFacet facet(lobe, std::fabs(cos_view), cos_view > 0.0f ? lobe.eta : 1.0f / lobe.eta);

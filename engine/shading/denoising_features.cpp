@@ -18,8 +18,6 @@ float smooth_step(float value, float end) {
   return t * t * (3.0f - 2.0f * t);
 }
 
-bool goes_straight(LobeKind kind) { return kind == LobeKind::transparent || kind == LobeKind::portal; }
-
 /// 1 of lobes without one.
 float alpha_of(const Lobe& lobe) {
   if (!is_microfacet(lobe.kind)) return 1.0f;
@@ -36,7 +34,7 @@ SpecularFeatures specular_features(const Bsdf& bsdf, const Vec3& wi_world) {
     const Color albedo = lobe.weight * lobe_albedo(lobe, dot(lobe.n, wi_world));
     const float alpha = alpha_of(lobe);
     const float weight = average(albedo);
-    result.albedo += albedo * (1.0f - smooth_step(alpha, k_blended_alpha));
+    result.albedo += albedo * sharpness(lobe, SharpRule::blended);
     result.roughness += weight * std::sqrt(alpha);
     weights += weight;
   }

@@ -52,6 +52,9 @@ enum class LobeKind : uint8_t {
   thin_transmission,  ///< a pane's blur: reflection that leaves on the other side, mirrored there; never a delta
 };
 
+/// Light goes on as it came, here or elsewhere.
+inline bool goes_straight(LobeKind kind) { return kind == LobeKind::transparent || kind == LobeKind::portal; }
+
 /// Hair whose frame is the fibre's: light comes and goes on all sides.
 inline bool is_fibre(LobeKind kind) { return kind == LobeKind::hair_fibre || kind == LobeKind::hair_microfacets; }
 

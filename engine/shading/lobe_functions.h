@@ -31,7 +31,7 @@ struct LobeSample {
 
 inline bool is_microfacet(LobeKind kind) { return kind >= LobeKind::reflection; }
 inline bool is_delta(const Lobe& lobe) {
-  return lobe.kind == LobeKind::transparent || lobe.kind == LobeKind::portal || lobe.kind == LobeKind::subsurface ||
+  return goes_straight(lobe.kind) || lobe.kind == LobeKind::subsurface ||
          (is_microfacet(lobe.kind) && lobe.alpha_x * lobe.alpha_y <= k_delta_alpha * k_delta_alpha);
 }
 inline bool is_diffuse(LobeKind kind) { return kind <= LobeKind::translucent; }

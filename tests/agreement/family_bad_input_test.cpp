@@ -136,16 +136,22 @@ TEST_P(FamilyBadInput, lights_seen_only_through_mirrors_and_glass_are_finite) {
   picture_of(maker);
 }
 
-TEST_P(FamilyBadInput, photons_on_one_point_alone_end_in_time) {
-  SceneMaker maker(64, 64, 4);
+/// All light falls within a hundredth of a millimetre.
+SceneMaker floor_under_a_point_of_light(int size_px, int64_t samples, float energy_w) {
+  SceneMaker maker(size_px, size_px, samples);
   maker.material("grey", diffuse(Color(0.5f)));
   maker.mesh("floor", {{-2, -2, -2}, {2, -2, -2}, {2, 2, -2}, {-2, 2, -2}}, {{0, 1, 2}, {0, 2, 3}}, "grey");
-  maker.mesh("roof", {{-2, -2, 1}, {2, -2, 1}, {2, 2, 1}, {-2, 2, 1}}, {{0, 1, 2}, {0, 2, 3}}, "grey");
   description::Light spot;
   spot.type = LightType::spot;
   spot.spot_size_rad = 0.02f;
-  spot.energy = 100.0f;
+  spot.energy = energy_w;
   maker.light("spot", spot, Transform::translation({0.3f, 0.2f, -1.999f}));
+  return maker;
+}
+
+TEST_P(FamilyBadInput, photons_on_one_point_alone_end_in_time) {
+  SceneMaker maker = floor_under_a_point_of_light(64, 4, 100.0f);
+  maker.mesh("roof", {{-2, -2, 1}, {2, -2, 1}, {2, 2, 1}, {-2, 2, 1}}, {{0, 1, 2}, {0, 2, 3}}, "grey");
   maker.settings.max_bounces = 3;
   const auto start = std::chrono::steady_clock::now();
   const Picture picture = picture_of(maker);
@@ -162,7 +168,7 @@ TEST_P(FamilyBadInput, a_mesh_of_places_that_are_none_is_named_and_the_rest_is_a
   for (const float bad : {std::numeric_limits<float>::quiet_NaN(), k_infinity, -k_infinity}) {
     SceneMaker broken = maker;
     broken.mesh("broken", {{bad, 0, 0}, {bad, 1, 0}, {0, bad, 1}}, {{0, 1, 2}}, "grey");
-    EXPECT_NEAR(mean(picture_of(broken)).value.x, expected, 0.05f * expected) << bad;
+    EXPECT_EQ(mean(picture_of(broken)).value.x, expected) << bad;
     Report report;
     broken.settings.integrator = GetParam();
     render(broken.transaction(), 0, nullptr, &report);
@@ -176,23 +182,17 @@ TEST_P(FamilyBadInput, millions_of_photons_on_one_point_are_as_bright_as_what_li
   const std::string_view name = GetParam();
   if (name != "PPM" && name != "BPM") return;  // VCM leaves direct light to next events
   const auto lit = [](const char* integrator, int size_px, int64_t samples) {
-    SceneMaker maker(size_px, size_px, samples);
-    maker.material("grey", diffuse(Color(0.5f)));
-    maker.mesh("floor", {{-2, -2, -2}, {2, -2, -2}, {2, 2, -2}, {-2, 2, -2}}, {{0, 1, 2}, {0, 2, 3}}, "grey");
-    description::Light spot;
-    spot.type = LightType::spot;
-    spot.spot_size_rad = 0.02f;
-    spot.energy = 1e4f;
-    maker.light("spot", spot, Transform::translation({0.3f, 0.2f, -1.999f}));
+    SceneMaker maker = floor_under_a_point_of_light(size_px, samples, 1e4f);
     maker.settings.max_bounces = 1;
     maker.settings.integrator = integrator;
     return mean(render(maker.transaction())).value.x;
   };
   // Every light walk ends within a hundredth of a millimetre, a hundredth of a pixel, and each query there meets all of
-  // them: over a million. Some dozen camera walks a sample come so near that they do.
+  // them: over a million. Some dozen camera walks a sample come so near that they do: over seeds the standard deviation
+  // is 8%.
   const float expected = lit("LT", 64, 16);
   ASSERT_GT(expected, 0.0f);
-  EXPECT_NEAR(lit(GetParam(), 1100, 2), expected, 0.3f * expected);
+  EXPECT_NEAR(lit(GetParam(), 1100, 2), expected, 4.0f * 0.08f * expected);
 }
 
 TEST_P(FamilyBadInput, path_lengths_of_a_thousand_end_and_stay_finite) {

@@ -316,7 +316,7 @@ TEST(PassesOfARender, shadow_is_the_same_where_small_shadow_rays_play_roulette) 
       }
       return means;
     };
-    const std::vector<double> all = batches(0.0f, 100), some = batches(0.3f, 1000);
+    const std::vector<double> all = batches(0.0f, 100), some = batches(3.0f, 1000);
     const WelchResult test = welch_test(some, all, 1e-4);
     EXPECT_GT(test.p_value, 1e-4) << test.difference << " +- " << test.standard_error << " from " << all.front();
     return;

@@ -203,7 +203,9 @@ class ViewportRender:
         """
         encoded = edits.edits()
         arrays = dict(edits.arrays)
-        same_picture = self._changes_passes_alone(edits.changed()) and only_pass
+        changed = edits.changed()
+        before, self._settings = self._settings, _settings_beside_passes(changed, self._settings)
+        same_picture = only_pass and self._settings == before and _may_be_for_a_pass(changed)
         edits.confirm()
         view = self._view
         with self._lock:
@@ -216,16 +218,6 @@ class ViewportRender:
             number = self._picture_number
         epoch = self._session.next_epoch()
         self._jobs.put(_Job(epoch, encoded, arrays, view.width, view.height, view.shown, start, number))
-
-    def _changes_passes_alone(self, changed):
-        """Whether what changes ({(kind, id): encoded value}) is what belongs to a pass: its settings, what materials output, which
-        objects a matte shows."""
-        settings = changed.get(("settings", "render"))
-        before, now = self._settings, self._settings
-        if settings is not None:
-            now = {name: value for name, value in json.loads(settings).items() if name not in SETTINGS_OF_PASSES}
-        self._settings = now
-        return before == now and all(kind in ("settings", "material", "object") for kind, _ in changed)
 
     def _work(self, session, jobs):
         try:
@@ -348,6 +340,19 @@ class ViewportRender:
 def _differ_by_pass(before, view):
     """Whether two views (before may be None) are one but for the pass that is shown."""
     return before is not None and view == replace(before, shown=view.shown)
+
+
+def _settings_beside_passes(changed, before):
+    """The settings but for those of passes, after changes ({(kind, id): encoded value}) to what they were before."""
+    settings = changed.get(("settings", "render"))
+    if settings is None:
+        return before
+    return {name: value for name, value in json.loads(settings).items() if name not in SETTINGS_OF_PASSES}
+
+
+def _may_be_for_a_pass(changed):
+    """Whether changes are of no other kind than a pass needs: settings, what materials output, which objects a matte shows."""
+    return all(kind in ("settings", "material", "object") for kind, _ in changed)
 
 
 def _gives_combined(job):

@@ -178,22 +178,21 @@ float Kernel<profile>::follow_weight(LightIndex light, const Vec3& direction, fl
 template <KernelProfile profile>
 void Kernel<profile>::add_lamps(const Ray& ray, float t_end) {
   const LightSet& lights = scene_.lights();
-  const bool following = passes_ && passes_->following();
-  if (!lights.has_visible_lamps() || !(pass_.set.emission || only_delta_ || following)) return;
+  if (!lights.has_visible_lamps() || !(finds_emission() || following())) return;
   // Lamps that face their receiver turn to the last scattering vertex, from which distances are counted too.
   const Vec3 origin = distance_before_ > 0.0f && m_ > 0 ? last_.p_world : ray.origin;
   const float before = origin == ray.origin ? 0.0f : distance_before_;
   lights.for_each_lamp(
       origin, ray.direction, before + ray.t_min, before + t_end, bounces_.ray_kind, [&](const LightHit& hit) {
         if (bounces_.total - 1 > hit.traits->max_bounces || !meets(hit.traits->linked)) return;
-        if (following)
-          passes_->follow_light(throughput_ * scene_.light_radiance(hit, path_counts()) *
-                                follow_weight(hit.light, ray.direction, hit.distance_m, hit.uv, *hit.traits));
         const float weight =
             emission_weight(hit.light, hit.n_light_world, ray.direction, hit.distance_m, hit.uv, *hit.traits);
-        if (weight > 0.0f)
-          add_met(throughput_ * scene_.light_radiance(hit, path_counts()), weight, hit.light, LightSource::lamp,
-                  hit.traits->group);
+        if (!(weight > 0.0f) && !following()) return;
+        const Color radiance = throughput_ * scene_.light_radiance(hit, path_counts());
+        if (following())
+          passes_->follow_light(radiance *
+                                follow_weight(hit.light, ray.direction, hit.distance_m, hit.uv, *hit.traits));
+        if (weight > 0.0f) add_met(radiance, weight, hit.light, LightSource::lamp, hit.traits->group);
       });
 }
 
@@ -205,8 +204,7 @@ void Kernel<profile>::add_background(const Vec3& direction) {
     if (passes_) passes_->see_through(direction, throughput_, path_counts());
     return;
   }
-  const bool following = passes_ && passes_->following();
-  if (!(pass_.set.emission || only_delta_ || following)) return;
+  if (!(finds_emission() || following())) return;
   scene_.lights().for_each_infinite(direction, bounces_.ray_kind, [&](const LightHit& hit) {
     // As in Cycles, suns with shadow linking are not even seen by the camera.
     const bool counts =
@@ -215,10 +213,10 @@ void Kernel<profile>::add_background(const Vec3& direction) {
     if (!counts && !received) return;
     const float weight =
         counts ? emission_weight(hit.light, hit.n_light_world, direction, k_infinity, hit.uv, *hit.traits) : 0.0f;
-    if (!(weight > 0.0f) && !received && !following) return;
+    if (!(weight > 0.0f) && !received && !following()) return;
     const Color radiance = throughput_ * scene_.light_radiance(hit, path_counts());
     const LightSource source = scene_.source_of(hit.light);
-    if (following && counts)
+    if (following() && counts)
       passes_->follow_light(radiance * follow_weight(hit.light, direction, k_infinity, hit.uv, *hit.traits));
     if (received && source == LightSource::background) passes_->met_world(radiance, counts);
     if (weight > 0.0f) add_met(radiance, weight, hit.light, source, hit.traits->group);
@@ -229,21 +227,20 @@ template <KernelProfile profile>
 void Kernel<profile>::add_surface_emission(const SurfaceHit& hit, const SurfaceBinding& binding, const Vec3& direction,
                                            float distance, const Color& emission) {
   if (is_black(emission) || !meets(scene_.emission_links(hit.instance))) return;
-  const bool following = passes_ && passes_->following();
-  if (!(pass_.set.emission || only_delta_ || following)) return;
+  if (!(finds_emission() || following())) return;
   pdfs_.n = m_;
-  float weight = pass_.set.emission || only_delta_ ? 1.0f : 0.0f;
+  float weight = finds_emission() ? 1.0f : 0.0f;
   float followed = 1.0f;
   LightIndex light = k_no_light;
   if (m_ > 0 && binding.samples_emission) {
     light = scene_.light_at(hit);
-    if (following && light != k_no_light)
+    if (following() && light != k_no_light)
       followed = follow_weight(light, direction, distance, hit.barycentric, scene_.lights().traits(light));
     const Vec3 n_light = dot(hit.ng_world, direction) > 0.0f ? -hit.ng_world : hit.ng_world;
     if (light != k_no_light)
       weight = emission_weight(light, n_light, direction, distance, hit.barycentric, scene_.lights().traits(light));
   }
-  if (following) passes_->follow_light(throughput_ * emission * followed);
+  if (following()) passes_->follow_light(throughput_ * emission * followed);
   if (weight > 0.0f)
     add_met(throughput_ * emission, weight, light, LightSource::surface, scene_.instance(hit.instance).light_group);
 }
@@ -251,8 +248,7 @@ void Kernel<profile>::add_surface_emission(const SurfaceHit& hit, const SurfaceB
 /// What the scattered ray meets of lights with shadow linking.
 template <KernelProfile profile>
 void Kernel<profile>::add_shadow_linked(const Ray& ray) {
-  const bool following = passes_ && passes_->following();
-  if (!(pass_.set.emission || only_delta_ || following)) return;
+  if (!(finds_emission() || following())) return;
   for_each_shadow_linked(scene_, ray, last_.instance, path_counts(), [&](const LinkedLightPoint& met) {
     if (met.traits && bounces_.total - 1 > met.traits->max_bounces) return;
     bool depended = false;
@@ -260,8 +256,8 @@ void Kernel<profile>::add_shadow_linked(const Ray& ray) {
                        visibility(met.shadow, k_ray_shadow, bounces_.transparent, &depended, met.linked.blockers);
     if (is_black(seen)) return;
     pdfs_.n = m_;
-    float weight = pass_.set.emission || only_delta_ ? 1.0f : 0.0f;
-    if (following)
+    float weight = finds_emission() ? 1.0f : 0.0f;
+    if (following())
       passes_->follow_light(
           seen * (met.traits ? follow_weight(met.light, ray.direction, met.distance_m, met.uv, *met.traits) : 1.0f));
     if (met.traits) {
@@ -360,8 +356,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
         first_instance_ = hit.instance;
       }
       if (program.traits().emits) add_surface_emission(hit, binding, ray.direction, distance, bsdf.emission());
-      if (passes_ && passes_->following())
-        passes_->follow(point, bsdf, throughput_, geometry_hit.t - ray.t_min, roulette.survival);
+      if (following()) passes_->follow(point, bsdf, throughput_, geometry_hit.t - ray.t_min, roulette.survival);
       if (bsdf.empty()) break;
       throughput_ /= roulette.survival;
       const EventNumbers numbers(sampler, event_index);
@@ -383,9 +378,9 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
       if (!follows_alone_) join(here, sampler, event_index);
       scattered = sample(bsdf, point.wi_world, numbers);
       if (passes_ && only_transparent_) passes_->sampled(hit, point, bsdf, scattered, parts_.picked);
-      if (passes_ && passes_->following()) passes_->followed(scattered, bsdf, throughput_);
+      if (following()) passes_->followed(scattered, bsdf, throughput_);
       u_roulette = numbers.roulette;
-      if (scattered.event == k_scatter_none || (follows_alone_ && !passes_->following())) break;
+      if (scattered.event == k_scatter_none || (follows_alone_ && !following())) break;
       Vec3 receiver_normal = normal;
       float previous_per_solid_angle = to_previous;
       int here_place = here.place;
@@ -461,7 +456,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
     roulette = {};
     if (event_index > 0 && u_roulette >= 0.0f && !only_transparent_) {
       roulette = Roulette(throughput_, u_roulette);
-      if (roulette.lost && !((pass_.set.emission || only_delta_) && scene_.rays_meet_light())) {
+      if (roulette.lost && !(finds_emission() && scene_.rays_meet_light())) {
         if (passes_) passes_->hide_world(scattered.wo_world, throughput_, path_counts());
         break;
       }

@@ -106,6 +106,10 @@ class Kernel {
     const EventNumbers& numbers;
   };
 
+  /// Whether emission that the ray meets counts.
+  bool finds_emission() const { return pass_.set.emission || only_delta_; }
+  /// Whether denoisers are to be told of what the ray meets.
+  bool following() const { return passes_ && passes_->following(); }
   float emission_weight(LightIndex light, const Vec3& n_light, const Vec3& direction, float distance, const Vec2& uv,
                         const LightTraits& traits);
   float follow_weight(LightIndex light, const Vec3& direction, float distance, const Vec2& uv,
@@ -142,25 +146,27 @@ class Kernel {
   }
   /// Where the techniques end, the walk goes on for what denoisers are to see; false: nothing is left to find.
   bool follow_alone() {
-    if (!passes_ || !passes_->following()) return false;
+    if (!following()) return false;
     follows_alone_ = true;
     only_transparent_ = false;
     return true;
   }
   /// Joins the vertex to lights, light walks and photons, as far as the techniques do.
   void join(const Here& here, const Sampler& sampler, uint32_t event_index);
-  /// Of the camera walk's surface; with passes parts_ too.
+  /// Of the camera walk's surface; where passes have a use for them parts_ too.
   BsdfEval eval(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world) {
     if (passes_) {
       parts_.clear();
-      return bsdf.eval(wi_world, wo_world, Transport::radiance, ReversePdf::yes, parts_);
+      if (passes_->wants_eval_parts())
+        return bsdf.eval(wi_world, wo_world, Transport::radiance, ReversePdf::yes, parts_);
     }
     return bsdf.eval(wi_world, wo_world, Transport::radiance);
   }
   BsdfSample sample(const Bsdf& bsdf, const Vec3& wi_world, const EventNumbers& numbers) {
     if (passes_) {
       parts_.clear();
-      return bsdf.sample(wi_world, numbers.lobe, numbers.direction, Transport::radiance, ReversePdf::yes, parts_);
+      if (passes_->wants_eval_parts() || passes_->waits_for_scatter())
+        return bsdf.sample(wi_world, numbers.lobe, numbers.direction, Transport::radiance, ReversePdf::yes, parts_);
     }
     return bsdf.sample(wi_world, numbers.lobe, numbers.direction, Transport::radiance);
   }

@@ -32,25 +32,24 @@ Color Kernel<profile, recording>::add(const Color& contribution, bool indirect) 
   return added;
 }
 
-/// @param parts as they begin; set where there are passes
+/// @param parts as they begin; set where passes have a use for them
 template <KernelProfile profile, bool recording>
 BsdfEval Kernel<profile, recording>::eval(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world,
-                                          EvalParts& parts) {
+                                          EvalParts& parts) const {
   if constexpr (recording)
-    return bsdf.eval(wi_world, wo_world, Transport::radiance, ReversePdf::no, parts);
-  else
-    return bsdf.eval(wi_world, wo_world, Transport::radiance, ReversePdf::no);
+    if (passes()->wants_eval_parts()) return bsdf.eval(wi_world, wo_world, Transport::radiance, ReversePdf::no, parts);
+  return bsdf.eval(wi_world, wo_world, Transport::radiance, ReversePdf::no);
 }
 
 template <KernelProfile profile, bool recording>
 BsdfSample Kernel<profile, recording>::sample(const Bsdf& bsdf, const Vec3& wi_world, const EventNumbers& numbers,
-                                              EvalParts& parts) {
+                                              EvalParts& parts) const {
   if constexpr (recording) {
     parts.clear();
-    return bsdf.sample(wi_world, numbers.lobe, numbers.direction, Transport::radiance, ReversePdf::no, parts);
-  } else {
-    return bsdf.sample(wi_world, numbers.lobe, numbers.direction, Transport::radiance, ReversePdf::no);
+    if (passes()->wants_eval_parts() || passes()->waits_for_scatter())
+      return bsdf.sample(wi_world, numbers.lobe, numbers.direction, Transport::radiance, ReversePdf::no, parts);
   }
+  return bsdf.sample(wi_world, numbers.lobe, numbers.direction, Transport::radiance, ReversePdf::no);
 }
 
 /// Light that the walk met.

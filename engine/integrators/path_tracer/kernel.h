@@ -39,8 +39,8 @@ class Kernel {
     uint32_t instance = k_no_index;
   };
 
-  static BsdfEval eval(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world, EvalParts& parts);
-  static BsdfSample sample(const Bsdf& bsdf, const Vec3& wi_world, const EventNumbers& numbers, EvalParts& parts);
+  BsdfEval eval(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world, EvalParts& parts) const;
+  BsdfSample sample(const Bsdf& bsdf, const Vec3& wi_world, const EventNumbers& numbers, EvalParts& parts) const;
   /// Adds what is left of a contribution after clamping, and returns it.
   Color add(const Color& contribution, bool indirect);
   void add_met(const Color& contribution, LightSource source, uint16_t group);

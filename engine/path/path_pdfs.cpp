@@ -117,12 +117,26 @@ float sum_of_ratios(const PathPdfs& pdfs, const TechniqueSet& set, const Techniq
   return sum;
 }
 
+/// What next event and hits of the light have of their common weight, over what they have of the sum: they find the
+/// same paths, and next events nearly without noise, so between the two the power heuristic holds, whatever the others
+/// have.
+float share_of_end(const PathPdfs& pdfs, const TechniqueSet& set, Technique technique) {
+  if (!set.emission || !set.next_event || !(pdfs.flags[pdfs.n] & k_connectible)) return 1.0f;
+  const bool hit = technique == Technique::emission_hit;
+  if (!hit && technique != Technique::next_event) return 1.0f;
+  const float other = hit ? pdfs.next_event / pdfs.scatter : pdfs.scatter / pdfs.next_event;
+  if (other <= 1.0f) return (1.0f + other) / (1.0f + other * other);
+  const float inverse = 1.0f / other;
+  return inverse * (1.0f + inverse) / (1.0f + inverse * inverse);
+}
+
 }  // namespace
 
 float path_weight(PathPdfs& pdfs, const TechniqueSet& set, const TechniqueCounts& counts, const MergeReach& merge,
                   Technique technique, int vertex) {
-  float sum;
+  float sum, share = 1.0f;
   if (set.merging) {
+    share = share_of_end(pdfs, set, technique);
     if (merge.acceptance_area > 0.0f)
       fill_correlation(pdfs, counts, merge.acceptance_area);
     else
@@ -132,7 +146,7 @@ float path_weight(PathPdfs& pdfs, const TechniqueSet& set, const TechniqueCounts
     sum = sum_of_ratios<false>(pdfs, set, counts, merge, technique, vertex);
   }
   // Terms that overflow belong to techniques next to which this one hardly counts.
-  return sum > 0.0f && sum < k_infinity ? std::min(1.0f / sum, 1.0f) : 0.0f;
+  return sum > 0.0f && sum < k_infinity ? std::min(share / sum, 1.0f) : 0.0f;
 }
 
 }  // namespace lambent

@@ -78,8 +78,8 @@ struct MergeReach {
 void fill_correlation(PathPdfs& pdfs, const TechniqueCounts& counts, float acceptance_area);
 
 /// Weight of a technique for the path: power heuristic with exponent 2 without merging, balance heuristic with it (the
-/// correlation-aware one), both with TechniqueCounts::shared_scatter. Weights of all techniques of `set` that can make
-/// the path sum to 1.
+/// correlation-aware one) but for next events and emission hits, which share what both have by the power heuristic; all
+/// with TechniqueCounts::shared_scatter. Weights of all techniques of `set` that can make the path sum to 1.
 /// @param vertex connection: m; merging: i; ignored for the others
 float path_weight(PathPdfs& pdfs, const TechniqueSet& set, const TechniqueCounts& counts, const MergeReach& merge,
                   Technique technique, int vertex);

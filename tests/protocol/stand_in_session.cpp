@@ -113,6 +113,7 @@ struct Session::State {
     outcome.epoch = plan.epoch;
     outcome.message = plan.fail;
     outcome.status = render(plan);
+    if (events.stopped) events.stopped(plan.epoch);
     if (!outcome.message.empty()) outcome.status = RenderStatus::failed;
     {
       const std::lock_guard lock(mutex);
@@ -135,7 +136,7 @@ Session::~Session() { state_->stop(); }
 void Session::apply(description::Transaction transaction) { description::apply(std::move(transaction), state_->scene); }
 const description::SceneDescription& Session::scene() const { return state_->scene; }
 
-void Session::start(int64_t epoch) {
+void Session::start(int64_t epoch, bool) {
   state_->stop();
   if (!state_->text("throw").empty()) throw std::runtime_error(state_->text("throw"));
   const description::Settings& settings = *state_->scene.settings;
@@ -193,6 +194,11 @@ std::vector<TileSnapshot> Session::take_tiles(size_t limit, const std::vector<st
     tiles.push_back(std::move(tile));
   }
   return tiles;
+}
+
+bool Session::tiles_left() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->complete && !state_->dirty.empty();
 }
 
 Picture Session::picture() const { return {}; }

@@ -220,8 +220,16 @@ struct Session::State {
     return run;
   }
 
+  void cancel() {
+    const std::shared_ptr<Run> of = current();
+    if (!of) return;
+    of->cancel.cancel();
+    const std::lock_guard lock(of->mutex);
+    if (of->render) of->render->wake();
+  }
+
   void stop_and_wait() {
-    if (const std::shared_ptr<Run> old = current()) old->cancel.cancel();
+    cancel();
     if (conductor.joinable()) conductor.join();
   }
 
@@ -456,9 +464,7 @@ void Session::start(int64_t epoch, bool repeat_tiles) {
   state_->conductor = std::thread([state = state_.get(), run] { state->conduct(run); });
 }
 
-void Session::cancel() {
-  if (const std::shared_ptr<Run> run = state_->current()) run->cancel.cancel();
-}
+void Session::cancel() { state_->cancel(); }
 
 void Session::wait() {
   std::unique_lock lock(state_->mutex);

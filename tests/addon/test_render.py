@@ -300,35 +300,6 @@ print('SECONDS', time.monotonic() - interrupted[0])
     assert len(run.of_type("render_cancel")) == 1
 
 
-def test_after_sigint_all_tiles_and_passes_are_waited_for_as_long_as_they_come(run_blender, tmp_path):
-    run = run_blender(
-        SAVE
-        + """
-import pathlib, threading, os, signal, time
-quad()
-scene.render.resolution_x, scene.render.resolution_y = 640, 400
-scene.view_layers[0].use_pass_normal = True
-def interrupt():
-    record = pathlib.Path(os.environ["LAMBENT_FAKE_RECORD"])
-    while not any(b"render_start" in path.read_bytes() for path in record.iterdir()):
-        time.sleep(0.05)
-    time.sleep(1.0)
-    os.kill(os.getpid(), signal.SIGINT)
-threading.Thread(target=interrupt, daemon=True).start()
-print('RESULT', render())
-save('kept', 'Normal')
-save('kept_combined')
-""",
-        mode="slow_end",
-        timeout=120,
-    )
-    (start,) = run.of_type("render_start")
-    assert start["header"]["repeat_tiles"] is False
-    normal = np.load(tmp_path / "kept.npy")
-    assert np.all(normal != 0), f"{np.mean(normal != 0):.0%} of the pass is there"
-    assert np.allclose(np.load(tmp_path / "kept_combined.npy"), gradient(640, 400), atol=1e-6)
-
-
 def test_a_configured_daemon_is_used_over_tcp_with_its_token(run_blender, tmp_path):
     import socket
 

@@ -32,7 +32,7 @@ FilmTile FinalTiles::read(std::unique_lock<std::mutex>& lock) {
 bool FinalTiles::work(int) {
   {
     std::unique_lock lock(mutex_);
-    if (next_ == tiles_.size() || read_bytes_ >= k_ahead_bytes) return false;
+    if (!wanted_ || next_ == tiles_.size() || read_bytes_ >= k_ahead_bytes) return false;
     ++reading_;
     FilmTile tile = read(lock);
     --reading_;
@@ -45,6 +45,7 @@ bool FinalTiles::work(int) {
 
 std::optional<FilmTile> FinalTiles::take() {
   std::unique_lock lock(mutex_);
+  if (!std::exchange(wanted_, true)) pool_.wake();
   if (read_.empty()) {
     if (next_ == tiles_.size()) return std::nullopt;
     return read(lock);

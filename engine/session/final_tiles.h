@@ -15,8 +15,9 @@
 
 namespace lambent {
 
-/// Reading a film of many passes takes far longer than a cancelled render may be waited for. So workers read its tiles,
-/// some MiB ahead, and who takes them reads one only where none is there yet. Any thread may take.
+/// Reading a film of many passes takes far longer than a cancelled render may be waited for. So once someone takes the
+/// first tile workers read the others, some MiB ahead, and who takes them reads one only where none is there yet. Any
+/// thread may take.
 class FinalTiles final : public WorkSource {
  public:
   /// @param tiles which, in the order of reading
@@ -42,6 +43,7 @@ class FinalTiles final : public WorkSource {
   const std::function<void()> ready_;
 
   mutable std::mutex mutex_;
+  bool wanted_ = false;        ///< someone has taken one
   size_t next_ = 0;            ///< of tiles_: the first that nobody has begun to read
   int reading_ = 0;            ///< workers
   std::deque<FilmTile> read_;  ///< ahead

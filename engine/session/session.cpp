@@ -30,6 +30,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+/// Of pixels that take_tiles() reads in one call.
+constexpr size_t k_taken_bytes = size_t(2) << 20;
+
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 class PooledEngine final : public Engine {
@@ -490,6 +493,14 @@ Progress Session::progress() const {
   return progress;
 }
 
+/// How many tiles of these channels may be read while someone waits: about as many as k_taken_bytes hold.
+static size_t tiles_at_once(size_t limit, int tile_size_px, const std::vector<Channel>& channels) {
+  size_t floats = 0;
+  for (const Channel& channel : channels) floats += static_cast<size_t>(channel.components);
+  const size_t side = static_cast<size_t>(tile_size_px), bytes = side * side * floats * sizeof(float);
+  return std::min(limit, std::max<size_t>(k_taken_bytes / std::max<size_t>(bytes, 1), 1));
+}
+
 std::vector<TileSnapshot> Session::take_tiles(size_t limit, const std::vector<std::string>& names) {
   std::vector<TileSnapshot> tiles;
   const std::shared_ptr<Run> run = state_->current();
@@ -513,6 +524,7 @@ std::vector<TileSnapshot> Session::take_tiles(size_t limit, const std::vector<st
       std::transform(channels.begin(), channels.end(), std::back_inserter(wanted), is_named);
       std::erase_if(channels, std::not_fn(is_named));
     }
+    limit = tiles_at_once(limit, film->settings().tile_size_px, channels);
     // Under the lock: the end of a render takes them all, and these must not be taken for final ones.
     if (!final) dirty = film->take_dirty(limit);
     for (const int index : dirty)

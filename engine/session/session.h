@@ -111,7 +111,8 @@ class Session {
   void wait();
 
   Progress progress() const;
-  /// Dirty tiles, oldest first, at most `limit`; each tile's newest pixels only.
+  /// Dirty tiles, oldest first, at most `limit`, and fewer where they are large, so that it takes a few ms; each tile's
+  /// newest pixels only.
   /// @param channels names of what tiles that are not final hold; empty: everything, as final ones do
   std::vector<TileSnapshot> take_tiles(size_t limit, const std::vector<std::string>& channels = {});
   /// Whether take_tiles() has more, or will have without anything being rendered: workers read final tiles ahead, and

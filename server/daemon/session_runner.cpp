@@ -139,7 +139,9 @@ void SessionRunner::send_stopped() {
   if (const auto output = output_.lock()) output->send(message_of(protocol::render_stopped(told_stopped_)));
 }
 
-/// Inside the gate. Sends tiles as far as credit and room allow; true if the session has no more.
+/// Inside the gate. Sends tiles as far as credit and room allow, but only some at once, so that a cancel is heard soon;
+/// true if the session has no more. A cancelled render has none until it has stopped: they will all be sent as final
+/// ones.
 bool SessionRunner::send_tiles() {
   const auto output = output_.lock();
   if (!output) return false;
@@ -149,8 +151,9 @@ bool SessionRunner::send_tiles() {
     const std::lock_guard lock(epochs_mutex_);
     epoch = started_epoch_;
     stream = stream_;
+    if (epoch <= cancelled_through_ && stopped_epoch_ < epoch) return false;
   }
-  for (;;) {
+  for (int64_t taken = 0;;) {
     while (!held_tiles_.empty() && (credits_ > 0 || held_tiles_.front().epoch < epoch)) {
       TileSnapshot tile = std::move(held_tiles_.front());
       held_tiles_.pop_front();
@@ -162,13 +165,14 @@ bool SessionRunner::send_tiles() {
     if (!held_tiles_.empty() || output->pending_bytes() >= k_tile_room_bytes) return false;
     // Without credit one tile is taken only to learn whether the end of the render may be told.
     if (credits_ == 0 && outcomes_.empty()) return false;
-    // Few of large ones, which this thread may have to read from the film itself.
-    const uint64_t in_room = tile_bytes_ > 0 ? k_tile_room_bytes / tile_bytes_ : 1;
-    const int64_t at_once = std::clamp<int64_t>(static_cast<int64_t>(in_room), 1, k_tiles_at_once);
-    const size_t limit = static_cast<size_t>(std::clamp<int64_t>(credits_, 1, at_once));
+    if (taken >= k_tiles_at_once) {
+      to_service();
+      return false;
+    }
+    const size_t limit = static_cast<size_t>(std::clamp<int64_t>(credits_, 1, k_tiles_at_once));
     std::vector<TileSnapshot> tiles = session_->take_tiles(limit, stream);
     if (tiles.empty()) return !session_->tiles_left();
-    tile_bytes_ = tiles.back().pixels.size() * sizeof(float);
+    taken += static_cast<int64_t>(tiles.size());
     std::move(tiles.begin(), tiles.end(), std::back_inserter(held_tiles_));
   }
 }

@@ -131,7 +131,6 @@ class SessionRunner : public std::enable_shared_from_this<SessionRunner> {
   Clock::time_point credit_waited_since_;  ///< the last credit or the last end of a render
   std::vector<RenderOutcome> outcomes_;    ///< of renders that ended and whose tiles are not all sent
   std::deque<TileSnapshot> held_tiles_;    ///< taken from the session to see whether there are any, not yet sent
-  uint64_t tile_bytes_ = 0;                ///< of the last one taken
   bool progress_scheduled_ = false;
 
   std::thread worker_;

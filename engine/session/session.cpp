@@ -33,6 +33,14 @@ using Clock = std::chrono::steady_clock;
 /// Of pixels that take_tiles() reads in one call.
 constexpr size_t k_taken_bytes = size_t(2) << 20;
 
+/// How many tiles of these channels may be read while someone waits: about as many as k_taken_bytes hold.
+size_t tiles_at_once(size_t limit, int tile_size_px, const std::vector<Channel>& channels) {
+  size_t floats = 0;
+  for (const Channel& channel : channels) floats += static_cast<size_t>(channel.components);
+  const size_t side = static_cast<size_t>(tile_size_px), bytes = side * side * floats * sizeof(float);
+  return std::min(limit, std::max<size_t>(k_taken_bytes / std::max<size_t>(bytes, 1), 1));
+}
+
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 class PooledEngine final : public Engine {
@@ -491,14 +499,6 @@ Progress Session::progress() const {
   const double fraction = run->render->fraction_done();
   if (fraction > 0.0) progress.remaining_s = progress.elapsed_s * (1.0 - fraction) / fraction;
   return progress;
-}
-
-/// How many tiles of these channels may be read while someone waits: about as many as k_taken_bytes hold.
-static size_t tiles_at_once(size_t limit, int tile_size_px, const std::vector<Channel>& channels) {
-  size_t floats = 0;
-  for (const Channel& channel : channels) floats += static_cast<size_t>(channel.components);
-  const size_t side = static_cast<size_t>(tile_size_px), bytes = side * side * floats * sizeof(float);
-  return std::min(limit, std::max<size_t>(k_taken_bytes / std::max<size_t>(bytes, 1), 1));
 }
 
 std::vector<TileSnapshot> Session::take_tiles(size_t limit, const std::vector<std::string>& names) {

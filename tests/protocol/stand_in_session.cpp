@@ -1,6 +1,7 @@
 // A stand-in for engine/session, linked in its place: renders known pixels in known time, so that the daemon's
 // behaviour can be tested without the engine. What it does is said by the scene's settings.metadata:
 //   build_ms, tile_ms   time of building and of each tile (polled for cancelling every millisecond)
+//   stop_ms             time from a cancel while tiles are rendered to the end
 //   stubborn_ms         time at the start of building that does not notice a cancel
 //   fail                the render fails with this message
 //   report              the build reports this warning about an object 'Cube'
@@ -32,7 +33,7 @@ class StandInEngine : public Engine {
 /// What a render does, taken from the scene when it starts.
 struct Plan {
   int64_t epoch = 0, samples = 0;
-  int build_ms = 0, stubborn_ms = 0, tile_ms = 0;
+  int build_ms = 0, stop_ms = 0, stubborn_ms = 0, tile_ms = 0;
   std::string fail, report;
 };
 
@@ -91,7 +92,10 @@ struct Session::State {
     set_stage(Stage::rendering);
     for (int64_t sample = 1; plan.samples == 0 || sample <= plan.samples; ++sample) {
       for (int tile = 0; tile < static_cast<int>(tile_samples.size()); ++tile) {
-        if (!pass_time(plan.tile_ms)) return RenderStatus::cancelled;
+        if (!pass_time(plan.tile_ms)) {
+          std::this_thread::sleep_for(std::chrono::milliseconds(plan.stop_ms));
+          return RenderStatus::cancelled;
+        }
         bool tell = false;
         {
           const std::lock_guard lock(mutex);
@@ -158,6 +162,7 @@ void Session::start(int64_t epoch, bool) {
   const Plan plan{epoch,
                   settings.samples,
                   state_->milliseconds("build_ms"),
+                  state_->milliseconds("stop_ms"),
                   state_->milliseconds("stubborn_ms"),
                   state_->milliseconds("tile_ms"),
                   state_->text("fail"),

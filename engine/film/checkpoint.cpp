@@ -61,14 +61,14 @@ struct Part {
   void* bytes;
   size_t size;
 };
-template <typename T>
-Part part(std::vector<T>& elements) {
-  return {elements.data(), elements.size() * sizeof(T)};
+template <typename Elements>
+Part part(Elements& elements) {
+  return {elements.data(), elements.size() * sizeof(*elements.data())};
 }
 
 /// Sums of version 4 of P pixels, in the places that they have now.
 void place_doubles(const FilmSettings& settings, const FilmLayout& layout, std::span<const double> sums,
-                   std::vector<double>& doubles, std::vector<float>& floats) {
+                   ZeroedVector<double>& doubles, ZeroedVector<float>& floats) {
   std::vector<int> order;  // channels
   for (const bool means : {true, false})
     for (size_t c = 0; c < settings.channels.size(); ++c) {
@@ -184,14 +184,14 @@ Status Film::load(const std::string& path, const std::string& identity) {
   if (ids_apart && layout_.id_channels > 1)
     return failed(
         fmt::format("it has format version {}, which this program reads with one Cryptomatte pass at most", version));
-  std::vector<double> doubles(s.doubles.size()), second_moments(s.second_moments.size());
-  std::vector<float> floats(s.floats.size()), things(s.things.size());
+  ZeroedVector<double> doubles(s.doubles.size()), second_moments(s.second_moments.size());
+  ZeroedVector<float> floats(s.floats.size()), things(s.things.size());
   const size_t old_ids = ids_apart ? things.size() / 2 : 0;
   std::vector<double> old_sums(all_doubles ? doubles.size() + floats.size() : 0),
       double_weights(all_doubles ? old_ids : 0);
   std::vector<float> ids(old_ids), weights(all_doubles ? 0 : old_ids);
-  std::vector<uint32_t> counts(s.counts.size());
-  std::vector<uint8_t> stopped(s.stopped.size());
+  ZeroedVector<uint32_t> counts(s.counts.size());
+  ZeroedVector<uint8_t> stopped(s.stopped.size());
   uint64_t light_paths = 0;
   std::vector<int64_t> splats(s.splats ? s.splats->bytes() / sizeof(int64_t) : 0);
   const std::unique_ptr<ZSTD_DCtx, ZstdFree> context(ZSTD_createDCtx());

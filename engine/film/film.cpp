@@ -3,11 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <new>
 #include <stdexcept>
 #include <tuple>
@@ -15,6 +13,7 @@
 #include "engine/base/check.h"
 #include "engine/film/adaptive.h"
 #include "engine/film/film_storage.h"
+#include "engine/film/pixel_reader.h"
 #include "engine/film/rounded_sum.h"
 
 namespace lambent {
@@ -35,9 +34,6 @@ void add_exactly(const float* values, size_t count, double* sums) {
   std::memcpy(sums, &sum, sizeof sum);
   for (size_t i = 4; i < count; ++i) [[unlikely]] sums[i] += values[i];
 }
-
-/// A sum that went beyond the range of floats reads as its end.
-double finite(float sum) { return std::isfinite(sum) ? double(sum) : double(std::numeric_limits<float>::max()); }
 
 }  // namespace
 
@@ -127,144 +123,14 @@ int64_t Film::min_sample_count() const {
 }
 
 void Film::read(const Rectangle& rectangle, const std::vector<bool>& wanted, float* rows, size_t row_stride) const {
+  const Storage& s = *storage_;
+  PixelReader reader(settings_.channels, layout_,
+                     {s.doubles.data(), s.floats.data(), s.things.data(), s.counts.data(), s.splats.get()},
+                     settings_.samples_asked, wanted);
   for (int y = 0; y < rectangle.height; ++y) {
     const size_t first = pixel_index(rectangle.x, rectangle.y + y);
     float* out = rows + size_t(y) * row_stride;
-    for (size_t i = first; i < first + size_t(rectangle.width); ++i) out = read_channels(i, wanted, out);
-  }
-}
-
-namespace {
-
-/// Adds to the picture what stands in the place of the catchers.
-template <typename Mean, typename Shadow>
-void add_caught(const ShadowCatcher& catcher, const Mean& mean, const Shadow& shadow, float* picture) {
-  for (int k = 0; k < 3 && catcher.brought >= 0; ++k)
-    picture[k] += static_cast<float>(mean(static_cast<size_t>(catcher.brought), k));
-  const double cover = mean(static_cast<size_t>(catcher.cover), 0);
-  if (!(cover > 0.0)) return;
-  double shadows[3] = {1.0, 1.0, 1.0};
-  for (int k = 0; k < 3 && catcher.in_picture; ++k) shadows[k] = shadow(catcher, k);
-  if (catcher.behind >= 0) {
-    for (int k = 0; k < 3; ++k)
-      picture[k] += static_cast<float>(mean(static_cast<size_t>(catcher.behind), k) * shadows[k]);
-  } else {
-    const double darkness = 1.0 - (shadows[0] + shadows[1] + shadows[2]) / 3.0;
-    picture[3] += static_cast<float>(cover * std::clamp(darkness, 0.0, 1.0));
-  }
-}
-
-}  // namespace
-
-/// Writes the pixel's floats from `to` on; returns where they end.
-float* Film::read_channels(size_t pixel, const std::vector<bool>& wanted, float* to) const {
-  const Storage& s = *storage_;
-  const double* doubles = s.doubles.data() + pixel * static_cast<size_t>(layout_.doubles);
-  const float* floats = s.floats.data() + pixel * static_cast<size_t>(layout_.floats);
-  const uint64_t paths = s.splats ? s.splats->paths() : 0;
-  const uint32_t count = s.counts[pixel];
-  const double per_sample = count ? 1.0 / count : 0.0;
-  const auto mean = [&](size_t channel, int component) {
-    const FilmLayout::Place& place = layout_.places[channel];
-    double value = (place.exact ? doubles[place.sum + component] : finite(floats[place.sum + component])) * per_sample;
-    if (paths > 0 && place.plane >= 0 && component < 3)
-      value += s.splats->sum(pixel, component, place.plane) / static_cast<double>(paths);
-    return value;
-  };
-  const auto divisor = [&](size_t channel, int component) {
-    const double value = mean(channel, component);
-    if (value != 0.0 || layout_.places[channel].plane >= 0) return value;
-    for (const int dividend : layout_.places[channel].dividends)
-      if (mean(static_cast<size_t>(dividend), component) != 0.0) return k_least_divisor;
-    return 0.0;
-  };
-  // Where catchers get no light at all there is no shadow either.
-  const auto shadow = [&](const ShadowCatcher& catcher, int component) {
-    const double bare = mean(static_cast<size_t>(catcher.bare), component);
-    if (bare == 0.0) return 1.0;
-    double lit = mean(static_cast<size_t>(catcher.lit), component);
-    if (catcher.brought >= 0) lit -= mean(static_cast<size_t>(catcher.brought), component);
-    return lit / bare;
-  };
-  for (size_t c = 0; c < settings_.channels.size(); ++c) {
-    const FilmChannel& channel = settings_.channels[c];
-    const FilmLayout::Place& place = layout_.places[c];
-    const auto is_wanted = [&](int output) { return wanted.empty() || wanted[static_cast<size_t>(output)]; };
-    if (channel.hidden || (channel.rule != ChannelRule::ids && !is_wanted(place.output))) continue;
-    switch (channel.rule) {
-      case ChannelRule::mean:
-        for (int k = 0; k < channel.components; ++k) {
-          double value = place.dividends.empty() ? mean(c, k) : divisor(c, k);
-          if (channel.divided_by >= 0) {
-            const size_t divided_by = static_cast<size_t>(channel.divided_by);
-            const double by = divisor(divided_by, std::min(k, settings_.channels[divided_by].components - 1));
-            value = by != 0.0 ? value / by : 0.0;
-          }
-          if (channel.minus >= 0) value -= mean(static_cast<size_t>(channel.minus), k);
-          if (channel.total) value *= count;
-          to[k] = static_cast<float>(value);
-        }
-        if (c == 0 && channel.components == 4) to[3] = std::max(to[3], 0.0f);
-        if (channel.catcher) add_caught(*channel.catcher, mean, shadow, to);
-        break;
-      case ChannelRule::share: {
-        const double looked = mean(c, 1), found = looked > 0.0 ? mean(c, 0) / looked : 0.0;
-        for (int k = 0; k < channel.components; ++k) to[k] = static_cast<float>(found * mean(c, 2));
-        break;
-      }
-      case ChannelRule::caught:
-        for (int k = 0; k < channel.components; ++k) {
-          double share = channel.catcher ? mean(static_cast<size_t>(channel.catcher->cover), 0) : 0.0;
-          // Of what a backdrop shows through the picture's alpha, over which the picture is laid afterwards.
-          if (share > 0.0 && channel.catcher->behind < 0)
-            share = std::min(1.0, share / std::max(1.0 - mean(0, 3), share));
-          to[k] = static_cast<float>(share > 0.0 ? 1.0 + share * (shadow(*channel.catcher, k) - 1.0) : 1.0);
-        }
-        break;
-      case ChannelRule::first:
-        for (int k = 0; k < channel.components; ++k) to[k] = floats[place.sum + k];
-        break;
-      case ChannelRule::ids: {
-        float levels[64];
-        read_ids(pixel, place, levels, channel.components);
-        for (int i = 0; i < channel.components / 4; ++i)
-          if (is_wanted(place.output + i)) to = std::copy_n(levels + 4 * i, 4, to);
-        continue;
-      }
-      case ChannelRule::sample_count:
-        to[0] = static_cast<float>(count) / static_cast<float>(std::max<int64_t>(settings_.samples_asked, 1));
-        break;
-      case ChannelRule::error:
-        for (int k = 0; k < channel.components; ++k)
-          to[k] =
-              count < 2 ? 0.0f : static_cast<float>(standard_error_of_mean(doubles[k], doubles[place.sum + k], count));
-        break;
-    }
-    to += channel.components;
-  }
-  return to;
-}
-
-void Film::read_ids(size_t pixel, const FilmLayout::Place& place, float* out, int components) const {
-  const Storage& s = *storage_;
-  const size_t floats = static_cast<size_t>(layout_.id_floats()), slots = static_cast<size_t>(layout_.id_slots);
-  const float* thing = s.things.data() + pixel * slots * floats;
-  std::array<std::pair<double, float>, 64> ranked;  // components are at most 64, slots as many
-  size_t used = 0;
-  for (size_t i = 0; i < slots && thing[0] > 0.0f; ++i, thing += floats) {
-    const float id = thing[1 + place.id];
-    size_t rank = 0;  // several things may share an id
-    while (rank < used && std::bit_cast<uint32_t>(ranked[rank].second) != std::bit_cast<uint32_t>(id)) ++rank;
-    if (rank == used) ranked[used++] = {0.0, id};
-    ranked[rank].first += double(thing[0]);
-  }
-  std::sort(ranked.begin(), ranked.begin() + static_cast<std::ptrdiff_t>(used), [](const auto& a, const auto& b) {
-    return a.first != b.first ? a.first > b.first
-                              : std::bit_cast<uint32_t>(a.second) < std::bit_cast<uint32_t>(b.second);
-  });
-  for (size_t level = 0; level < static_cast<size_t>(components) / 2; ++level) {
-    out[2 * level] = level < used ? ranked[level].second : 0.0f;
-    out[2 * level + 1] = level < used ? static_cast<float>(ranked[level].first / s.counts[pixel]) : 0.0f;
+    for (size_t i = first; i < first + size_t(rectangle.width); ++i) out = reader.read(i, out);
   }
 }
 

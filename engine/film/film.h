@@ -135,8 +135,6 @@ class Film {
   }
   /// @param wanted by number in channels(); empty: all
   void read(const Rectangle& rectangle, const std::vector<bool>& wanted, float* rows, size_t row_stride) const;
-  float* read_channels(size_t pixel, const std::vector<bool>& wanted, float* out) const;
-  void read_ids(size_t pixel, const FilmLayout::Place& place, float* out, int components) const;
   void reject(size_t pixel, int64_t sample, std::span<const float> values);
   double intensity_sum(size_t pixel) const;
   PixelError error_of(size_t pixel) const;

@@ -8,6 +8,7 @@
 
 #include "engine/film/film.h"
 #include "engine/film/splat_buffer.h"
+#include "engine/film/zeroed_vector.h"
 
 namespace lambent {
 
@@ -18,13 +19,13 @@ struct Film::Storage {
   };
 
   // By pixel of the region, row by row from the bottom.
-  std::vector<double> doubles;         ///< [pixel][FilmLayout::doubles]
-  std::vector<float> floats;           ///< [pixel][FilmLayout::floats]
-  std::vector<uint32_t> counts;        ///< samples added
-  std::vector<double> second_moments;  ///< sums of (R+G+B)²; empty if not asked for
-  std::vector<uint8_t> stopped;        ///< 1: converged, gets no more samples; empty if not asked for
+  ZeroedVector<double> doubles;         ///< [pixel][FilmLayout::doubles]
+  ZeroedVector<float> floats;           ///< [pixel][FilmLayout::floats]
+  ZeroedVector<uint32_t> counts;        ///< samples added
+  ZeroedVector<double> second_moments;  ///< sums of (R+G+B)²; empty if not asked for
+  ZeroedVector<uint8_t> stopped;        ///< 1: converged, gets no more samples; empty if not asked for
 
-  std::vector<float> things;  ///< [pixel][FilmLayout::id_slots][FilmLayout::id_floats()]; of weight 0: free
+  ZeroedVector<float> things;  ///< [pixel][FilmLayout::id_slots][FilmLayout::id_floats()]; of weight 0: free
 
   std::unique_ptr<SplatBuffer> splats;  ///< null: the film takes none
 

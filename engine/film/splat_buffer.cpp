@@ -17,7 +17,7 @@ SplatBuffer::SplatBuffer(size_t pixels, int planes, double unit, bool squares)
       stride_(planes_ * k_integers + (squares ? k_ranges : 0)),
       keeps_squares_(squares),
       per_unit_(unit > 0.0 && std::isfinite(unit) ? std::exp2(-std::round(std::log2(unit))) : 1.0),
-      sums_(new Integer[pixels * stride_]()) {}
+      sums_(pixels * stride_) {}
 
 void SplatBuffer::add_to(Integer* sums, double scaled) {
   const double size = std::fabs(scaled);
@@ -39,7 +39,7 @@ bool SplatBuffer::add(size_t pixel, const Color& value, int plane) {
     scaled[c] = static_cast<double>(value[c]) * per_unit_;  // exact: a power of two
     if (!(std::fabs(scaled[c]) < k_largest)) return false;
   }
-  Integer* sums = sums_.get() + pixel * stride_;
+  Integer* sums = sums_.data() + pixel * stride_;
   if (keeps_squares_ && plane == 0) {
     const double all = scaled[0] + scaled[1] + scaled[2];
     add_to(sums + planes_ * k_integers, std::min(all * all, k_largest_square));
@@ -51,11 +51,11 @@ bool SplatBuffer::add(size_t pixel, const Color& value, int plane) {
 
 double SplatBuffer::sum(size_t pixel, int channel, int plane) const {
   const size_t place = pixel * stride_ + static_cast<size_t>(plane) * k_integers;
-  return sum_of(sums_.get() + place + static_cast<size_t>(channel) * k_ranges) / per_unit_;
+  return sum_of(sums_.data() + place + static_cast<size_t>(channel) * k_ranges) / per_unit_;
 }
 
 double SplatBuffer::squares(size_t pixel) const {
-  return sum_of(sums_.get() + pixel * stride_ + planes_ * k_integers) / (per_unit_ * per_unit_);
+  return sum_of(sums_.data() + pixel * stride_ + planes_ * k_integers) / (per_unit_ * per_unit_);
 }
 
 }  // namespace lambent

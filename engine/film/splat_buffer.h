@@ -4,9 +4,9 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 
 #include "engine/base/vec.h"
+#include "engine/film/zeroed_vector.h"
 
 namespace lambent {
 
@@ -37,7 +37,7 @@ class SplatBuffer {
 
   size_t bytes() const { return pixels_ * stride_ * sizeof(int64_t); }
   /// The raw sums, for checkpoints: int64[pixels][planes · 3, and 1 for squares][fine, middle, coarse].
-  int64_t* integers() { return reinterpret_cast<int64_t*>(sums_.get()); }
+  int64_t* integers() { return reinterpret_cast<int64_t*>(sums_.data()); }
   void set_paths(uint64_t paths) { paths_.store(paths); }
 
  private:
@@ -51,7 +51,7 @@ class SplatBuffer {
   size_t stride_;  ///< integers a pixel
   bool keeps_squares_;
   double per_unit_;
-  std::unique_ptr<std::atomic<int64_t>[]> sums_;
+  ZeroedVector<Integer> sums_;
   std::atomic<uint64_t> paths_{0};
 };
 

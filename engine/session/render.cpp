@@ -117,6 +117,11 @@ void Render::finish(const Piece& piece, const RayCounts& counts) {
   if (piece.stage < 0) tile_finished_();
 }
 
+void Render::wake() {
+  if (cancel_.cancelled()) stop_tiles_.cancel();
+  finished_.notify_all();
+}
+
 Render::End Render::run() {
   using namespace std::chrono_literals;
   {
@@ -126,9 +131,10 @@ Render::End Render::run() {
   pool_.add(this);
   {
     std::unique_lock lock(mutex_);
-    while (!(busy_ == 0 && (exhausted_ || stop_tiles_.cancelled()))) {
-      finished_.wait_for(lock, 10ms);
+    for (;;) {
       if (cancel_.cancelled() || (goal_.time_limit_s > 0.0 && elapsed_s() >= goal_.time_limit_s)) stop_tiles_.cancel();
+      if (busy_ == 0 && (exhausted_ || stop_tiles_.cancelled())) break;
+      finished_.wait_for(lock, 10ms);
     }
   }
   pool_.remove(this);

@@ -33,6 +33,8 @@ class Render final : public WorkSource {
   enum class End { finished, cancelled };
   /// Blocks until the goal is reached or the flag set.
   End run();
+  /// Has run() look at the flag at once. Any thread.
+  void wake();
 
   // For progress; callable from any thread while run() runs.
   int64_t pass_target() const;  ///< samples that pixels have once the current pass is done

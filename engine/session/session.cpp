@@ -19,6 +19,7 @@
 #include "engine/integrators/passes.h"
 #include "engine/scene/scene_builder.h"
 #include "engine/session/cryptomatte.h"
+#include "engine/session/final_tiles.h"
 #include "engine/session/render.h"
 #include "engine/session/tile_size.h"
 #include "engine/session/worker_pool.h"
@@ -28,6 +29,17 @@ namespace lambent {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+/// Of pixels that take_tiles() reads in one call.
+constexpr size_t k_taken_bytes = size_t(2) << 20;
+
+/// How many tiles of these channels may be read while someone waits: about as many as k_taken_bytes hold.
+size_t tiles_at_once(size_t limit, int tile_size_px, const std::vector<Channel>& channels) {
+  size_t floats = 0;
+  for (const Channel& channel : channels) floats += static_cast<size_t>(channel.components);
+  const size_t side = static_cast<size_t>(tile_size_px), bytes = side * side * floats * sizeof(float);
+  return std::min(limit, std::max<size_t>(k_taken_bytes / std::max<size_t>(bytes, 1), 1));
+}
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
@@ -179,6 +191,8 @@ struct Run {
   description::SceneDescription scene;
   double update_s = 0.0;  ///< what the transactions before it took to apply
   std::shared_ptr<ContributionObserver> observer;
+  bool repeat_tiles = true;
+  std::shared_ptr<Run> before;  ///< to be freed, which takes long where a film is large: while the scene is built
   CancelFlag cancel;
   Clock::time_point start = Clock::now();
 
@@ -186,8 +200,9 @@ struct Run {
   Stage stage = Stage::updating;
   std::shared_ptr<Film> film;
   std::shared_ptr<Render> render;
-  bool complete = false;    ///< no newer pixels will come
-  bool tiles_told = false;  ///< tiles_ready was called and nothing taken since
+  std::vector<char> taken_whole;            ///< by tile: what was taken last had all channels
+  std::unique_ptr<FinalTiles> final_tiles;  ///< no newer pixels will come
+  bool tiles_told = false;                  ///< tiles_ready was called and nothing taken since
 };
 
 struct Session::State {
@@ -216,8 +231,16 @@ struct Session::State {
     return run;
   }
 
+  void cancel() {
+    const std::shared_ptr<Run> of = current();
+    if (!of) return;
+    of->cancel.cancel();
+    const std::lock_guard lock(of->mutex);
+    if (of->render) of->render->wake();
+  }
+
   void stop_and_wait() {
-    if (const std::shared_ptr<Run> old = current()) old->cancel.cancel();
+    cancel();
     if (conductor.joinable()) conductor.join();
   }
 
@@ -230,6 +253,7 @@ struct Session::State {
     if (events.tiles_ready) events.tiles_ready();
   }
 
+  void make_final(Run& of);
   void conduct(const std::shared_ptr<Run>& of);
   RenderOutcome render(const std::shared_ptr<Run>& of);
   std::optional<Result<std::shared_ptr<const Scene>>> build(const std::shared_ptr<Run>& of,
@@ -256,13 +280,30 @@ std::optional<Result<std::shared_ptr<const Scene>>> Session::State::build(const 
   };
   const auto work = std::make_shared<Work>();
   work->description = scene;
-  building = std::async(std::launch::async,
-                        [this, of, work] { work->scene = builder.build(work->description, of->cancel, work->report); });
+  building = std::async(std::launch::async, [this, of, work, before = std::move(of->before)]() mutable {
+    before.reset();
+    work->scene = builder.build(work->description, of->cancel, work->report);
+  });
   if (!wait(building)) return std::nullopt;
   building.get();  // rethrows what a library threw
   report.append(work->report);
   if (of->cancel.cancelled()) return std::nullopt;
   return std::move(work->scene);
+}
+
+/// With the run's lock held: what was rendered will not change any more.
+void Session::State::make_final(Run& of) {
+  of.stage = Stage::idle;
+  of.tiles_told = false;
+  if (!of.film) return;
+  const size_t all = static_cast<size_t>(of.film->tiles().count());
+  for (const int changed : of.film->take_dirty(all)) of.taken_whole[static_cast<size_t>(changed)] = 0;
+  of.film->mark_filled_dirty();
+  std::vector<int> tiles = of.film->take_dirty(all);
+  if (!of.repeat_tiles && !of.film->takes_splats())  // which may have come anywhere since
+    std::erase_if(tiles, [&](int tile) { return of.taken_whole[static_cast<size_t>(tile)]; });
+  of.final_tiles =
+      std::make_unique<FinalTiles>(engine->pool, of.film, std::move(tiles), [this, &of] { tell_tiles(of); });
 }
 
 void Session::State::conduct(const std::shared_ptr<Run>& run_pointer) {
@@ -275,12 +316,10 @@ void Session::State::conduct(const std::shared_ptr<Run>& run_pointer) {
     outcome.message = std::string("The render failed: ") + exception.what();
   }
   outcome.epoch = of.epoch;
+  if (events.stopped) events.stopped(of.epoch);
   {
     const std::lock_guard lock(of.mutex);
-    of.complete = true;
-    of.stage = Stage::idle;
-    if (of.film) of.film->mark_filled_dirty();
-    of.tiles_told = false;
+    make_final(of);
   }
   if (of.film) tell_tiles(of);
   spdlog::info("Render {}: {}, {} samples in {:.2f} s (scene {:.2f} s){}{}", of.epoch,
@@ -365,6 +404,7 @@ RenderOutcome Session::State::render(const std::shared_ptr<Run>& run_pointer) {
   {
     const std::lock_guard lock(of.mutex);
     of.film = *film;
+    of.taken_whole.assign(static_cast<size_t>((*film)->tiles().count()), 0);
     of.render = work;
     of.stage = Stage::rendering;
   }
@@ -419,24 +459,23 @@ const description::SceneDescription& Session::scene() const { return state_->des
 
 void Session::observe(std::shared_ptr<ContributionObserver> observer) { state_->observer = std::move(observer); }
 
-void Session::start(int64_t epoch) {
+void Session::start(int64_t epoch, bool repeat_tiles) {
   state_->stop_and_wait();
   auto run = std::make_shared<Run>();
   run->epoch = epoch;
+  run->repeat_tiles = repeat_tiles;
   run->scene = state_->description;
   run->observer = state_->observer;
   run->update_s = std::exchange(state_->update_s, 0.0);
   {
     const std::lock_guard lock(state_->mutex);
-    state_->run = run;
+    run->before = std::exchange(state_->run, run);
     state_->running = true;
   }
   state_->conductor = std::thread([state = state_.get(), run] { state->conduct(run); });
 }
 
-void Session::cancel() {
-  if (const std::shared_ptr<Run> run = state_->current()) run->cancel.cancel();
-}
+void Session::cancel() { state_->cancel(); }
 
 void Session::wait() {
   std::unique_lock lock(state_->mutex);
@@ -455,7 +494,7 @@ Progress Session::progress() const {
   if (!run->film || !run->render) return progress;
   progress.samples = run->film->min_sample_count();
   progress.tiles_total = run->film->tiles().count();
-  progress.tiles = run->complete ? progress.tiles_total : run->render->tiles_done_in_pass();
+  progress.tiles = run->final_tiles ? progress.tiles_total : run->render->tiles_done_in_pass();
   progress.active_tiles = run->render->active_tiles();
   const double fraction = run->render->fraction_done();
   if (fraction > 0.0) progress.remaining_s = progress.elapsed_s * (1.0 - fraction) / fraction;
@@ -467,31 +506,47 @@ std::vector<TileSnapshot> Session::take_tiles(size_t limit, const std::vector<st
   const std::shared_ptr<Run> run = state_->current();
   if (!run) return tiles;
   std::shared_ptr<Film> film;
-  bool complete;
+  FinalTiles* final;
   std::vector<int> dirty;
+  std::vector<bool> wanted;
+  std::vector<Channel> channels;
   {
     const std::lock_guard lock(run->mutex);
-    film = run->film;
-    complete = run->complete;
     run->tiles_told = false;
-    // Under the lock: the end of a render marks all tiles anew, and they must not be taken for ones before it.
-    if (film) dirty = film->take_dirty(limit);
+    film = run->film;
+    final = run->final_tiles.get();
+    if (!film) return tiles;
+    channels = film->channels();
+    if (!names.empty() && !final) {
+      const auto is_named = [&](const Channel& channel) {
+        return std::find(names.begin(), names.end(), channel.name) != names.end();
+      };
+      std::transform(channels.begin(), channels.end(), std::back_inserter(wanted), is_named);
+      std::erase_if(channels, std::not_fn(is_named));
+    }
+    limit = tiles_at_once(limit, film->settings().tile_size_px, channels);
+    // Under the lock: the end of a render takes them all, and these must not be taken for final ones.
+    if (!final) dirty = film->take_dirty(limit);
+    for (const int index : dirty)
+      run->taken_whole[static_cast<size_t>(index)] = channels.size() == film->channels().size();
   }
-  if (!film) return tiles;
-  std::vector<bool> wanted;
-  std::vector<Channel> channels = film->channels();
-  if (!names.empty() && !complete) {
-    const auto is_named = [&](const Channel& channel) {
-      return std::find(names.begin(), names.end(), channel.name) != names.end();
-    };
-    std::transform(channels.begin(), channels.end(), std::back_inserter(wanted), is_named);
-    std::erase_if(channels, std::not_fn(is_named));
-  }
-  for (const int index : dirty) {
-    FilmTile tile = film->tile(index, wanted);
-    tiles.push_back({run->epoch, tile.rectangle, tile.samples, complete, channels, std::move(tile.pixels)});
+  const auto add = [&](FilmTile tile) {
+    tiles.push_back({run->epoch, tile.rectangle, tile.samples, final != nullptr, channels, std::move(tile.pixels)});
+  };
+  for (const int index : dirty) add(film->tile(index, wanted));
+  while (final && tiles.size() < limit) {
+    std::optional<FilmTile> tile = final->take();
+    if (!tile) break;
+    add(std::move(*tile));
   }
   return tiles;
+}
+
+bool Session::tiles_left() const {
+  const std::shared_ptr<Run> run = state_->current();
+  if (!run) return false;
+  const std::lock_guard lock(run->mutex);
+  return run->final_tiles && run->final_tiles->left();
 }
 
 Picture Session::picture() const {
@@ -530,7 +585,7 @@ Status Session::save_checkpoint(const std::string& path) const {
   std::shared_ptr<Film> film;
   if (run) {
     const std::lock_guard lock(run->mutex);
-    if (run->complete) film = run->film;
+    if (run->final_tiles) film = run->film;
   }
   if (!film) return Error{"There is no finished or stopped render to save as checkpoint '" + path + "'"};
   return film->save(path, render_identity(*run->scene.settings));

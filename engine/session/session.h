@@ -70,6 +70,7 @@ struct RenderOutcome {
 struct SessionEvents {
   std::function<void(int64_t epoch, const Report&)> report;  ///< what building the scene found
   std::function<void()> tiles_ready;                         ///< take_tiles() has something; at most once until taken
+  std::function<void(int64_t epoch)> stopped;                ///< nothing is rendered any more; before any final tile
   std::function<void(const RenderOutcome&)> done;            ///< after the last final tile became available
 };
 
@@ -100,16 +101,23 @@ class Session {
   void observe(std::shared_ptr<ContributionObserver> observer);
 
   /// Builds what changed and renders, in the background; supersedes a running render (which ends as cancelled).
-  void start(int64_t epoch);
-  /// Stops within 100 ms at any stage; the tiles so far become final, then `done` is called. Returns at once.
+  /// @param repeat_tiles final tiles are all that hold anything; else only those that take_tiles() has not given with
+  ///   all their channels and the same pixels before
+  void start(int64_t epoch, bool repeat_tiles = true);
+  /// Stops within 100 ms at any stage (`stopped` is called); the tiles so far become final, then `done` is called.
+  /// Returns at once.
   void cancel();
   /// Blocks until no render is running.
   void wait();
 
   Progress progress() const;
-  /// Dirty tiles, oldest first, at most `limit`; each tile's newest pixels only.
+  /// Dirty tiles, oldest first, at most `limit`, and fewer where they are large, so that it takes a few ms; each tile's
+  /// newest pixels only.
   /// @param channels names of what tiles that are not final hold; empty: everything, as final ones do
   std::vector<TileSnapshot> take_tiles(size_t limit, const std::vector<std::string>& channels = {});
+  /// Whether take_tiles() has more, or will have without anything being rendered: workers read final tiles ahead, and
+  /// `tiles_ready` is called when one is there.
+  bool tiles_left() const;
   /// The whole picture so far (as of the newest finished tiles).
   Picture picture() const;
   /// Saves / restores the accumulated samples of the current render, so that it continues bit-identically.

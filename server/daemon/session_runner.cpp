@@ -122,13 +122,26 @@ void SessionRunner::service() {
       cancel_now = std::exchange(cancel_wanted_, false) && started_epoch_ >= 0 && started_epoch_ <= cancelled_through_;
     }
     if (cancel_now) session_->cancel();
+    send_stopped();
     drained = send_tiles();
   }
   send_outcomes(drained);
   schedule_progress();
 }
 
-/// Inside the gate. Sends tiles as far as credit and room allow; true if the session has no more.
+/// Tells what the client waits for who cancelled. Before the first final tile, of which there may be many.
+void SessionRunner::send_stopped() {
+  {
+    const std::lock_guard lock(epochs_mutex_);
+    if (stopped_epoch_ <= told_stopped_) return;
+    told_stopped_ = stopped_epoch_;
+  }
+  if (const auto output = output_.lock()) output->send(message_of(protocol::render_stopped(told_stopped_)));
+}
+
+/// Inside the gate. Sends tiles as far as credit and room allow, but only some at once, so that a cancel is heard soon;
+/// true if the session has no more. A cancelled render has none until it has stopped: they will all be sent as final
+/// ones.
 bool SessionRunner::send_tiles() {
   const auto output = output_.lock();
   if (!output) return false;
@@ -138,21 +151,28 @@ bool SessionRunner::send_tiles() {
     const std::lock_guard lock(epochs_mutex_);
     epoch = started_epoch_;
     stream = stream_;
+    if (epoch <= cancelled_through_ && stopped_epoch_ < epoch) return false;
   }
-  for (;;) {
+  for (int64_t taken = 0;;) {
     while (!held_tiles_.empty() && (credits_ > 0 || held_tiles_.front().epoch < epoch)) {
       TileSnapshot tile = std::move(held_tiles_.front());
       held_tiles_.pop_front();
       if (tile.epoch < epoch) continue;  // of a render that was superseded
       --credits_;
+      if (tile.final) send_stopped();
       output->send(tile_message(std::move(tile)));
     }
     if (!held_tiles_.empty() || output->pending_bytes() >= k_tile_room_bytes) return false;
     // Without credit one tile is taken only to learn whether the end of the render may be told.
     if (credits_ == 0 && outcomes_.empty()) return false;
+    if (taken >= k_tiles_at_once) {
+      to_service();
+      return false;
+    }
     const size_t limit = static_cast<size_t>(std::clamp<int64_t>(credits_, 1, k_tiles_at_once));
     std::vector<TileSnapshot> tiles = session_->take_tiles(limit, stream);
-    if (tiles.empty()) return true;
+    if (tiles.empty()) return !session_->tiles_left();
+    taken += static_cast<int64_t>(tiles.size());
     std::move(tiles.begin(), tiles.end(), std::back_inserter(held_tiles_));
   }
 }

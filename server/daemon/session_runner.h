@@ -89,6 +89,7 @@ class SessionRunner : public std::enable_shared_from_this<SessionRunner> {
   // I/O thread's side.
   void answer_cancelled(int64_t epoch);
   void add_outcome(RenderOutcome outcome);
+  void send_stopped();
   bool send_tiles();
   void send_outcomes(bool drained);
   void schedule_progress();
@@ -116,6 +117,7 @@ class SessionRunner : public std::enable_shared_from_this<SessionRunner> {
   int64_t started_epoch_ = -1, cancelled_through_ = -1, finished_epoch_ = -1;
   std::vector<std::string> stream_;  ///< of the started render: RenderStart::stream
   bool cancel_wanted_ = false;
+  int64_t stopped_epoch_ = -1;  ///< the newest of which nothing is rendered any more
 
   // Worker's own.
   ArrayStore arrays_;
@@ -124,6 +126,7 @@ class SessionRunner : public std::enable_shared_from_this<SessionRunner> {
   // I/O thread's own.
   std::set<int64_t> queued_starts_;
   int64_t newest_start_ = -1;
+  int64_t told_stopped_ = -1;
   int64_t credits_ = 0;
   Clock::time_point credit_waited_since_;  ///< the last credit or the last end of a render
   std::vector<RenderOutcome> outcomes_;    ///< of renders that ended and whose tiles are not all sent

@@ -39,6 +39,15 @@ std::unique_ptr<Session> SessionRunner::make_session() {
   events.tiles_ready = [weak = weak_from_this()] {
     if (const auto self = weak.lock()) self->to_service();
   };
+  events.stopped = [weak = weak_from_this()](int64_t epoch) {
+    const auto self = weak.lock();
+    if (!self) return;
+    {
+      const std::lock_guard lock(self->epochs_mutex_);
+      self->stopped_epoch_ = epoch;
+    }
+    self->to_service();
+  };
   events.done = [weak = weak_from_this()](const RenderOutcome& outcome) {
     const auto self = weak.lock();
     if (!self) return;
@@ -195,7 +204,7 @@ void SessionRunner::handle(const protocol::RenderStart& start) {
     }
     if (started) {
       spdlog::info("{}: render {} starts", name_, start.epoch);
-      session_->start(start.epoch);
+      session_->start(start.epoch, start.repeat_tiles);
     }
   }
   loop_.post([weak = weak_from_this(), epoch = start.epoch, started] {

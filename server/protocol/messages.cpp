@@ -62,6 +62,13 @@ class Members {
     }
     return values;
   }
+  /// A boolean that may be absent.
+  bool flag(const char* name, bool absent) {
+    const auto json = header_.find(name);
+    if (json == header_.end() || json->is_null()) return absent;
+    if (!json->is_boolean()) fail(name, "is neither true nor false");
+    return json->is_boolean() ? json->get<bool>() : absent;
+  }
   const Json* find(const char* name) {
     const auto found = header_.find(name);
     if (found != header_.end()) return &*found;
@@ -128,7 +135,7 @@ std::variant<ClientMessage, MessageError> decode_client_message(Json header) {
   } else if (type == "arrays_query") {
     message = ArraysQuery{members.hashes("hashes")};
   } else if (type == "render_start") {
-    message = RenderStart{members.integer("epoch", 0), members.names("stream")};
+    message = RenderStart{members.integer("epoch", 0), members.names("stream"), members.flag("repeat_tiles", true)};
   } else if (type == "render_cancel") {
     message = RenderCancel{members.integer("epoch", 0)};
   } else if (type == "tile_credit") {
@@ -186,6 +193,8 @@ Json render_report(int64_t epoch, const Report& report) {
 Json scene_saved(const std::string& path, uint64_t bytes) {
   return {{"type", "scene_saved"}, {"path", path}, {"bytes", bytes}};
 }
+
+Json render_stopped(int64_t epoch) { return {{"type", "render_stopped"}, {"epoch", epoch}}; }
 
 Json pong(const Json& cookie) { return {{"type", "pong"}, {"cookie", cookie}}; }
 

@@ -36,6 +36,7 @@ struct Transaction {
 struct RenderStart {
   int64_t epoch = 0;
   std::vector<std::string> stream;  ///< channels of tiles that are not final; empty: all
+  bool repeat_tiles = true;         ///< final tiles are all there are, also those whose pixels were sent before
 };
 struct RenderCancel {
   int64_t epoch = 0;
@@ -86,6 +87,7 @@ Json arrays_missing(const std::vector<std::string>& hashes);
 Json transaction_result(int64_t epoch, bool accepted, const Report& report);
 Json render_report(int64_t epoch, const Report& report);
 Json scene_saved(const std::string& path, uint64_t bytes);
+Json render_stopped(int64_t epoch);
 Json pong(const Json& cookie);
 Json error(const std::string& code, const std::string& text, bool fatal, std::optional<int64_t> epoch = {});
 

@@ -8,6 +8,7 @@ Takes lambentd's command line. Environment: LAMBENT_FAKE_RECORD, a directory in 
 NNNNN.pickle ({"header", "arrays": {hash: (dtype, shape, bytes)}, "session"}); LAMBENT_FAKE_MODE, what to do when a render starts:
   normal   progress, all tiles, done
   endless  tiles and progress until cancelled
+  slow_end  as endless; then says that it has stopped, and sends every tile in full, in five seconds
   hang     nothing, not even a pong (connection stays open)
   crash    the process kills itself
   garbage  random bytes
@@ -254,7 +255,7 @@ class Session(threading.Thread):
         elif chosen == "bad_tile":
             self.send_tile(epoch, (1 << 20, 0, 64, 64), gradient((0, 0, 64, 64), 64, 64), False)
         elif chosen != "hang":
-            threading.Thread(target=self.paint, args=(self.render, chosen == "endless"), daemon=True).start()
+            threading.Thread(target=self.paint, args=(self.render, chosen in ("endless", "slow_end")), daemon=True).start()
 
     def send_tile(self, epoch, rect, pixels, final, channels=(("combined", 4),)):
         channels = [{"name": name, "components": components} for name, components in channels]
@@ -302,6 +303,11 @@ class Session(threading.Thread):
                         time.sleep(0.05)
                 if render["cancelled"] or not endless:
                     break
+            if render["cancelled"] and mode() == "slow_end":
+                self.send({"type": "render_stopped", "epoch": render["epoch"]})
+                for rect in rects:
+                    time.sleep(5.0 / len(rects))
+                    self.send_tile(render["epoch"], rect, painted(rect, width, height, everything, everything), True, everything)
             status = "cancelled" if render["cancelled"] else "finished"
             done_message = {"type": "render_done", "status": status, "samples": total, "statistics": {}, "message": ""}
             self.send({"epoch": render["epoch"], **done_message})

@@ -410,3 +410,32 @@ print('SOCKETS', repr(sockets()))
     assert sum(name.startswith("Shadow Difference_") for name in names) == 1
     assert set(names) <= {name for name, _ in printed(run, "SOCKETS")}
     assert "have the name of another" in run.output
+
+
+def test_after_a_cancel_all_passes_are_waited_for_as_long_as_they_come(run_blender, tmp_path):
+    run = run_blender(
+        PASSES
+        + """
+import pathlib, threading, signal, time
+quad()
+scene.render.resolution_x, scene.render.resolution_y = 640, 400
+scene.view_layers[0].use_pass_normal = True
+def interrupt():
+    record = pathlib.Path(os.environ["LAMBENT_FAKE_RECORD"])
+    while not any(b"render_start" in path.read_bytes() for path in record.iterdir()):
+        time.sleep(0.05)
+    time.sleep(1.0)
+    os.kill(os.getpid(), signal.SIGINT)
+threading.Thread(target=interrupt, daemon=True).start()
+render()
+multilayer('kept')
+bpy.data.images['Render Result'].save_render(scene.render.filepath + '.exr')
+""",
+        mode="slow_end",
+        timeout=120,
+    )
+    (start,) = run.of_type("render_start")
+    assert start["header"]["repeat_tiles"] is False
+    layers, _ = multilayer.read(tmp_path / "kept.exr", long_names=False)
+    for name in ("Combined", "Normal"):
+        assert np.all(layers["ViewLayer"][name][..., 0] != 0), name

@@ -244,6 +244,29 @@ TEST_F(DaemonTest, cancel_acts_within_100_ms_while_building_and_rendering) {
   }
 }
 
+TEST_F(DaemonTest, once_a_cancel_is_heard_no_tile_comes_before_the_render_has_stopped_and_then_all_do) {
+  configure(1, {{"tile_ms", "1"}, {"stop_ms", "300"}}, 0);
+  start(1);
+  while (client_->receive("progress")->header["samples"].get<int64_t>() < 1) continue;
+  cancel(1);  // with all four tiles waiting for credit
+  client_->send({{"type", "ping"}, {"cookie", 1}});
+  credit(1000);
+  std::vector<std::string> types;
+  while (types.empty() || types.back() != "render_done") {
+    const auto message = client_->receive();
+    ASSERT_TRUE(message);
+    if (message->type() == "progress") continue;
+    types.push_back(message->type());
+    if (message->type() == "tile") {
+      EXPECT_TRUE(message->header["final"].get<bool>());
+    }
+    if (message->type() == "render_stopped") {
+      EXPECT_EQ(message->header["epoch"], 1);
+    }
+  }
+  EXPECT_EQ(types, (std::vector<std::string>{"pong", "render_stopped", "tile", "tile", "tile", "tile", "render_done"}));
+}
+
 TEST_F(DaemonTest, cancel_and_ping_are_answered_at_once_while_a_large_export_is_being_decoded) {
   configure(1);
   Json edits = Json::array();
@@ -442,6 +465,7 @@ TEST_F(DaemonTest, frames_that_are_not_the_protocol_end_the_connection_with_a_re
 TEST_F(DaemonTest, unknown_and_malformed_messages_are_answered_and_the_connection_stays) {
   for (const Json& header :
        {Json{{"type", "pick"}}, Json{{"type", "render_start"}}, Json{{"type", "render_start"}, {"epoch", -1}},
+        Json{{"type", "render_start"}, {"epoch", 9}, {"repeat_tiles", "no"}},
         Json{{"type", "tile_credit"}, {"tiles", "many"}}, Json{{"type", "arrays_query"}, {"hashes", {"x"}}},
         Json{{"type", "arrays"}, {"arrays", {{{"hash", "x"}}}}}, Json{{"type", "ping"}},
         Json{{"type", "save_scene"}, {"path", "relative.lambent"}}, Json{{"type", "hello"}, {"protocol", 1}}}) {

@@ -1,6 +1,7 @@
 // A stand-in for engine/session, linked in its place: renders known pixels in known time, so that the daemon's
 // behaviour can be tested without the engine. What it does is said by the scene's settings.metadata:
 //   build_ms, tile_ms   time of building and of each tile (polled for cancelling every millisecond)
+//   stop_ms             time from a cancel while tiles are rendered to the end
 //   stubborn_ms         time at the start of building that does not notice a cancel
 //   fail                the render fails with this message
 //   report              the build reports this warning about an object 'Cube'
@@ -32,7 +33,7 @@ class StandInEngine : public Engine {
 /// What a render does, taken from the scene when it starts.
 struct Plan {
   int64_t epoch = 0, samples = 0;
-  int build_ms = 0, stubborn_ms = 0, tile_ms = 0;
+  int build_ms = 0, stop_ms = 0, stubborn_ms = 0, tile_ms = 0;
   std::string fail, report;
 };
 
@@ -91,7 +92,10 @@ struct Session::State {
     set_stage(Stage::rendering);
     for (int64_t sample = 1; plan.samples == 0 || sample <= plan.samples; ++sample) {
       for (int tile = 0; tile < static_cast<int>(tile_samples.size()); ++tile) {
-        if (!pass_time(plan.tile_ms)) return RenderStatus::cancelled;
+        if (!pass_time(plan.tile_ms)) {
+          std::this_thread::sleep_for(std::chrono::milliseconds(plan.stop_ms));
+          return RenderStatus::cancelled;
+        }
         bool tell = false;
         {
           const std::lock_guard lock(mutex);
@@ -113,6 +117,7 @@ struct Session::State {
     outcome.epoch = plan.epoch;
     outcome.message = plan.fail;
     outcome.status = render(plan);
+    if (events.stopped) events.stopped(plan.epoch);
     if (!outcome.message.empty()) outcome.status = RenderStatus::failed;
     {
       const std::lock_guard lock(mutex);
@@ -135,7 +140,7 @@ Session::~Session() { state_->stop(); }
 void Session::apply(description::Transaction transaction) { description::apply(std::move(transaction), state_->scene); }
 const description::SceneDescription& Session::scene() const { return state_->scene; }
 
-void Session::start(int64_t epoch) {
+void Session::start(int64_t epoch, bool) {
   state_->stop();
   if (!state_->text("throw").empty()) throw std::runtime_error(state_->text("throw"));
   const description::Settings& settings = *state_->scene.settings;
@@ -157,6 +162,7 @@ void Session::start(int64_t epoch) {
   const Plan plan{epoch,
                   settings.samples,
                   state_->milliseconds("build_ms"),
+                  state_->milliseconds("stop_ms"),
                   state_->milliseconds("stubborn_ms"),
                   state_->milliseconds("tile_ms"),
                   state_->text("fail"),
@@ -193,6 +199,11 @@ std::vector<TileSnapshot> Session::take_tiles(size_t limit, const std::vector<st
     tiles.push_back(std::move(tile));
   }
   return tiles;
+}
+
+bool Session::tiles_left() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->complete && !state_->dirty.empty();
 }
 
 Picture Session::picture() const { return {}; }

@@ -501,6 +501,31 @@ def test_cancel_takes_under_100_ms_while_rendering(daemon):
     client.close()
 
 
+def test_a_cancel_is_answered_before_the_passes_that_nobody_has_yet_and_all_of_them_come(real):
+    client = real.client()
+    prepare(client, 1, width=512, height=512, samples=0, passes=["combined", "depth", "normal"])
+    client.post({"type": "tile_credit", "tiles": 4000})
+    client.post({"type": "render_start", "epoch": 1, "stream": ["combined"], "repeat_tiles": False})
+    while next_of(client, "progress")[0]["samples"] < 1:
+        pass
+    client.post({"type": "render_cancel", "epoch": 1})
+    stopped, corners = False, []
+    while (event := client.next_event(20.0))[0]["type"] != "render_done":
+        header, payload = event
+        stopped |= header["type"] == "render_stopped"
+        if header["type"] == "tile":
+            assert header["final"] == stopped
+        if header["type"] == "tile" and stopped:
+            assert [channel["name"] for channel in header["channels"]] == ["combined", "depth", "normal"]
+            x, y, width, height = header["rect"]
+            pixels = np.frombuffer(payload, np.float32).reshape(height, width, 8)
+            assert np.all(pixels[..., 3] > 0) and np.all(pixels[..., 4] > 0)
+            corners.append((x, y))
+    assert event[0]["status"] == "cancelled"
+    assert sorted(corners) == [(x, y) for x in range(0, 512, 32) for y in range(0, 512, 32)]
+    client.close()
+
+
 def test_cancel_takes_under_100_ms_while_building(real):
     client = real.client()
     prepare(client, 1, triangle_count=2_000_000, samples=0)

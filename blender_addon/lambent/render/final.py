@@ -29,6 +29,7 @@ _FINAL_CREDITS = 64
 # Of the time, tiles that only show how far it is take at most this part to be written: Blender allocates and merges every
 # pass for each of them, which many passes make slow.
 _SHOWING_SHARE = 0.25
+# After Esc: how long the daemon may say nothing. Passes of a large picture take longer than that to arrive.
 _CANCEL_SECONDS = 3.0
 _POLL_SECONDS = 0.02
 _BACKGROUND_STATUS_SECONDS = 1.0
@@ -234,7 +235,7 @@ class _LayerRender:
 
     def _receive(self, epoch, writer):
         client, engine = self._client, self._engine
-        start = {"type": "render_start", "epoch": epoch}
+        start = {"type": "render_start", "epoch": epoch, "repeat_tiles": False}
         if len(self._passes) > 1:
             # Which pass an image editor shows is the interface's, and a render has no right to look there from its thread. What
             # is watched while it renders is Combined; the others come with the final tiles.
@@ -244,14 +245,14 @@ class _LayerRender:
         client.allow_tiles(credits)
         allowed_at = time.monotonic()
         time_limit = settings.effective(self._scene, "time_limit")
-        cancelled_at, writing = None, 0.0
+        cancelled, waiting_since, writing = False, 0.0, 0.0
         while True:
             now = time.monotonic()
-            if cancelled_at is None and engine.test_break():
-                cancelled_at = now
+            if not cancelled and engine.test_break():
+                cancelled, waiting_since = True, now
                 client.post({"type": "render_cancel", "epoch": epoch})
                 client.allow_tiles(_FINAL_CREDITS)
-            if cancelled_at is not None and now - cancelled_at > _CANCEL_SECONDS:
+            if cancelled and now - waiting_since > _CANCEL_SECONDS:
                 # The picture stays as it is; the session is given up, so that nothing late gets into the next render.
                 client.close()
                 return
@@ -271,15 +272,22 @@ class _LayerRender:
                     client.allow_tiles(_FINAL_CREDITS)
                 begun = time.monotonic()
                 writer.write(*decode_tile(header, payload, self._width, self._height))
-                if not header.get("final"):
+                if header.get("final"):
+                    waiting_since = time.monotonic()
+                else:
                     writing += time.monotonic() - begun
             elif kind == "progress":
                 self._show_progress(header, writer, time_limit)
             elif kind == "render_report":
                 self._messages += [message for message in header.get("messages") or () if isinstance(message, dict)]
                 self._store_messages(False)
+            elif kind == "render_stopped":
+                waiting_since = now
+                writer.highlight(())
+                if cancelled:
+                    engine.update_stats("", f"{self._scene.name}, {self._layer_name} | Cancelled, Receiving What Is Done")
             elif kind == "render_done":
-                self._finish(header, cancelled_at is not None)
+                self._finish(header, cancelled)
                 return
             elif kind == "error":
                 raise RenderFailed(str(header.get("message", "the Lambent daemon reported an error without a text")))

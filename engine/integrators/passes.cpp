@@ -46,13 +46,9 @@ bool scatters_by_cosine(const Lobe& lobe, const ShadingPoint& point) {
   }
 }
 
-/// Returns the class that has all of a pair of directions, or none and sets `shares`. @param parts of the evaluation of
-/// the pair, or null
-inline std::optional<LobeClass> class_shares(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world,
-                                             const EvalParts* parts, ClassShares& shares) {
-  if (bsdf.lobes().size() == 1) return bsdf.facts_of_only_lobe(wi_world, wo_world).one;
-  shares = parts && parts->known ? parts->class_shares() : bsdf.class_shares(wi_world, wo_world, Transport::radiance);
-  return std::nullopt;
+/// @param parts of the evaluation of the pair, or null
+ClassShares class_shares(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world, const EvalParts* parts) {
+  return parts && parts->known ? parts->class_shares() : bsdf.class_shares(wi_world, wo_world, Transport::radiance);
 }
 
 /// Of all lobes, by their weights.
@@ -454,13 +450,21 @@ void PassRecorder::scattered(uint32_t instance, const Bsdf& bsdf, const Vec3& wi
     met_other_ = met_other_ || scene_.instance(instance).holdout;
   }
   const bool delta = sample.event & k_scatter_delta;
-  if (classes_ && vertices_ == 0) {
-    if (delta)
-      first_only_ = sample.event & k_scatter_transmission ? LobeClass::transmission : LobeClass::glossy;
-    else
-      first_only_ = class_shares(bsdf, wi_world, sample.wo_world, parts, first_);
+  const bool asks_class = classes_ && vertices_ == 0;
+  if (delta) {
+    if (asks_class) first_only_ = sample.event & k_scatter_transmission ? LobeClass::transmission : LobeClass::glossy;
+    if (events_wanted_) events_.append(sample.event);
+  } else if (bsdf.lobes().size() == 1) {
+    const LobeFacts& facts = bsdf.facts_of_only_lobe(wi_world, sample.wo_world);
+    if (asks_class) first_only_ = facts.one;
+    if (events_wanted_) events_.append(facts.event);
+  } else {
+    if (asks_class) {
+      first_only_.reset();
+      first_ = class_shares(bsdf, wi_world, sample.wo_world, parts);
+    }
+    if (events_wanted_) events_.append(event_of_several(bsdf, wi_world, sample.wo_world, parts));
   }
-  if (events_wanted_) events_.append(delta ? sample.event : event_at(bsdf, wi_world, sample.wo_world, parts));
   ++vertices_;
 }
 
@@ -521,14 +525,25 @@ bool PassRecorder::meets_other(const LightWalk& walk, int depth) const {
   }
   ClassShares here;
   path.first_only = first_only_;
-  if (classes_ && vertices_ == 0) {
-    path.first_only = class_shares(bsdf, wi_world, wo_world, parts, here);
-    path.first = &here;
-  }
+  const bool asks_class = classes_ && vertices_ == 0;
   // Paths of one event make no caustics.
-  if (events_wanted_ && (plan_.expressions_ || path.vertices > 1)) {
+  const bool asks_events = events_wanted_ && (plan_.expressions_ || path.vertices > 1);
+  uint8_t event = k_scatter_none;
+  if (bsdf.lobes().size() == 1) {
+    const LobeFacts& facts = bsdf.facts_of_only_lobe(wi_world, wo_world);
+    if (asks_class) path.first_only = facts.one;
+    event = facts.event;
+  } else {
+    if (asks_class) {
+      path.first_only.reset();
+      here = class_shares(bsdf, wi_world, wo_world, parts);
+      path.first = &here;
+    }
+    if (asks_events) event = event_of_several(bsdf, wi_world, wo_world, parts);
+  }
+  if (asks_events) {
     path.events = events_;
-    path.events.append(event_at(bsdf, wi_world, wo_world, parts));
+    path.events.append(event);
     path.events.append_packed(light_side.bits, light_side.count);
   }
   add(value, path);

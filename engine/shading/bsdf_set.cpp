@@ -570,8 +570,7 @@ ClassShares Bsdf::class_shares(const Vec3& wi_world, const Vec3& wo_world, Trans
   return parts.class_shares();
 }
 
-std::optional<LobeClass> Bsdf::class_of_only_lobe() const {
-  if (count_ != 1) return std::nullopt;
+std::optional<LobeClass> Bsdf::class_of_uncommon_lobe() const {
   const LobeKind kind = lobes_[0].kind;
   if (goes_straight(kind) || kind == LobeKind::glass) return std::nullopt;
   return class_of(kind, transmits_alone(kind));
@@ -595,7 +594,7 @@ ClassAlbedos Bsdf::class_albedos(const Vec3& wi_world) const {
   return result;
 }
 
-Color Bsdf::albedo(const Vec3& wi_world) const {
+Color Bsdf::albedo_of_several(const Vec3& wi_world) const {
   const Color* const albedos = lobe_albedos(wi_world);
   Color sum(0.0f);
   for (int i = 0; i < count_; ++i) sum += albedos[i];

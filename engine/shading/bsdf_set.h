@@ -73,7 +73,11 @@ class Bsdf {
   void set_shading_normal(const Vec3& n_world) { ns_world_ = n_world; }
 
   /// The class that albedo() is of where there is one lobe and class_albedos() has it in one class; else none.
-  std::optional<LobeClass> class_of_only_lobe() const;
+  std::optional<LobeClass> class_of_only_lobe() const {
+    if (count_ != 1) return std::nullopt;
+    if (lobes_[0].kind == LobeKind::diffuse) return LobeClass::diffuse;
+    return class_of_uncommon_lobe();
+  }
 
   /// Drops the lobes that reflect, that refract or both, mirrors included: what a walk meets after a diffuse surface
   /// where caustics are switched off (Cycles drops closures, not paths; so the rest is sampled as if they were not
@@ -138,7 +142,11 @@ class Bsdf {
   /// Radiance emitted towards wi.
   Color emission() const { return emission_; }
   /// Estimate of the directional albedo towards wi, transparency included: for roulette and passes.
-  Color albedo(const Vec3& wi_world) const;
+  Color albedo(const Vec3& wi_world) const {
+    // The commonest surface.
+    if (count_ == 1 && lobes_[0].kind == LobeKind::diffuse) return lobes_[0].weight;
+    return albedo_of_several(wi_world);
+  }
   /// ... that of each of lobes(). Valid until the next call with another wi.
   const Color* lobe_albedos(const Vec3& wi_world) const {
     const Shares& known = shares(wi_world);
@@ -172,6 +180,8 @@ class Bsdf {
   void fill_shares(const Vec3& wi_world) const;
   void share_out() const;
   void fill_albedo_of_only_lobe() const;
+  Color albedo_of_several(const Vec3& wi_world) const;
+  std::optional<LobeClass> class_of_uncommon_lobe() const;
 
   union {  // suppresses construction of the array
     Lobe lobes_[k_max_lobes];

@@ -86,6 +86,9 @@ Result<Camera> Camera::create(const CameraSpec& spec) {
   const double step_x = 2.0 * plane.half_x / spec.width_px, step_y = 2.0 * plane.half_y / spec.height_px;
   camera.plane_min_ = {static_cast<float>(center_x - plane.half_x), static_cast<float>(center_y - plane.half_y)};
   camera.plane_per_px_ = {static_cast<float>(step_x), static_cast<float>(step_y)};
+  camera.raster_x_ = camera.dual_x_ * (1.0f / camera.plane_per_px_.x);
+  camera.raster_y_ = camera.dual_y_ * (1.0f / camera.plane_per_px_.y);
+  camera.raster_of_axis_ = camera.raster_of_plane({0.0f, 0.0f});
   camera.px2_per_plane_ = static_cast<float>(1.0 / (step_x * step_y));
 
   if (spec.depth_of_field && lens_problem(spec).empty()) {

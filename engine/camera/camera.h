@@ -110,9 +110,12 @@ class Camera {
   /// Raster position of a point, as the lens' centre sees it: also of points behind the camera, mirrored, and (0, 0) of
   /// those in its plane.
   Vec2 raster_of(const Vec3& p_world) const {
-    const Vec3 q = to_camera(p_world - origin_);
-    if (projection_ == Projection::orthographic) return raster_of_plane({q.x, q.y});
-    return q.z != 0.0f ? raster_of_plane({q.x / q.z, q.y / q.z}) : Vec2(0.0f, 0.0f);
+    const Vec3 q = p_world - origin_;
+    const Vec3 raster(dot(raster_x_, q), dot(raster_y_, q), dot(dual_z_, q));
+    if (projection_ == Projection::orthographic) return {raster.x + raster_of_axis_.x, raster.y + raster_of_axis_.y};
+    if (raster.z == 0.0f) return {0.0f, 0.0f};
+    const float per_z = 1.0f / raster.z;
+    return {raster.x * per_z + raster_of_axis_.x, raster.y * per_z + raster_of_axis_.y};
   }
 
   /// World space to the camera's: x right, y up, z along the optical axis.
@@ -153,6 +156,8 @@ class Camera {
   Vec3 dual_x_{1, 0, 0}, dual_y_{0, 1, 0}, dual_z_{0, 0, -1};  ///< rows of the inverse
   int width_px_ = 0, height_px_ = 0;
   Vec2 plane_min_{0.0f, 0.0f}, plane_per_px_{1.0f, 1.0f};
+  Vec3 raster_x_{1, 0, 0}, raster_y_{0, 1, 0};  ///< as dual_x_ and dual_y_, but in px
+  Vec2 raster_of_axis_{0.0f, 0.0f};
   float px2_per_plane_ = 1.0f;  ///< raster area per image-plane area
   float volume_ = 1.0f;         ///< determinant of the axes: 1 unless sheared
   float base_ = 1.0f;           ///< area that the x and y axes span: 1 unless sheared

@@ -35,6 +35,19 @@ void add_exactly(const float* values, size_t count, double* sums) {
   for (size_t i = 4; i < count; ++i) [[unlikely]] sums[i] += values[i];
 }
 
+/// Of the picture's four floats, none of them NaN.
+bool none_negative(const float* values) {
+  return values[0] >= 0.0f && values[1] >= 0.0f && values[2] >= 0.0f && values[3] >= 0.0f;
+}
+
+/// Of R, G and B.
+void add_squares(const float* values, double* sums) {
+  for (int k = 0; k < 3; ++k) {
+    const double value = values[k];
+    sums[k] += value * value;
+  }
+}
+
 }  // namespace
 
 Film::Film() = default;
@@ -228,9 +241,10 @@ TileWriter::TileWriter(Film& film, int tile)
     : film_(film),
       tile_(tile),
       floats_(static_cast<size_t>(film.sample_components())),
-      held_(std::max<size_t>(k_buffered_floats / floats_, 1)),
+      stride_(floats_ <= 4 ? floats_ : (floats_ + k_piece - 1) / k_piece * k_piece),
+      held_(std::max<size_t>(k_buffered_floats / stride_, 1)),
       pixels_(std::make_unique_for_overwrite<uint32_t[]>(held_)),
-      values_(std::make_unique_for_overwrite<float[]>(held_ * floats_)) {}
+      values_(std::make_unique_for_overwrite<float[]>(held_ * stride_ + k_piece)) {}
 
 TileWriter::~TileWriter() {
   flush();
@@ -239,14 +253,10 @@ TileWriter::~TileWriter() {
 
 void TileWriter::add(int x, int y, std::span<const float> values) {
   DCHECK(values.size() == floats_);
-  std::copy_n(values.data(), floats_, values_.get() + count_ * floats_);
+  float* const to = values_.get() + count_ * stride_;
+  std::copy_n(values.data(), floats_, to);
+  std::fill(to + floats_, to + stride_, 0.0f);
   add_next(x, y);
-}
-
-std::span<float> TileWriter::next() {
-  float* const values = values_.get() + count_ * floats_;
-  std::memset(values, 0, floats_ * sizeof(float));
-  return {values, floats_};
 }
 
 void TileWriter::add_next(int x, int y) {
@@ -255,71 +265,31 @@ void TileWriter::add_next(int x, int y) {
   if (++count_ == held_) flush();
 }
 
-void TileWriter::flush() {
-  Film::Storage& s = *film_.storage_;
-  const size_t components = floats_;
-  const std::lock_guard lock(s.tiles[static_cast<size_t>(tile_)].mutex);
-  const bool all_good = all_finite({values_.get(), count_ * components});
-  for (size_t n = 0; n < count_; ++n) {
-    const size_t pixel = pixels_[n];
-    const std::span<float> values(values_.get() + n * components, components);
-    const int64_t sample = s.counts[pixel]++;
-    bool good = all_good || all_finite(values.first(4));
-    if (!all_good && good) [[unlikely]]
-      // What is not finite in a pass (a broken UV map) does not cost the picture its sample.
-      for (float& value : values.subspan(4))
-        if (!std::isfinite(value)) value = 0.0f;
-    if (!film_.settings_.allow_negative)
-      for (size_t c = 0; c < 4; ++c) good &= values[c] >= 0.0f;
-    if (!good) [[unlikely]] {
-      film_.reject(pixel, sample, values);
-      continue;
-    }
-    if (film_.layout_.plain) {
-      double* sum = s.doubles.data() + pixel * components;
-      for (size_t c = 0; c < components; ++c) sum[c] += values[c];
-    } else {
-      add_channels(pixel, sample, values);
-    }
-    if (!s.second_moments.empty()) {
-      const double intensity = double(values[0]) + values[1] + values[2];
-      s.second_moments[pixel] += intensity * intensity;
-    }
-  }
-  count_ = 0;
-}
-
 /// One sample of a film with channels of several rules.
-void TileWriter::add_channels(size_t pixel, int64_t sample, std::span<const float> values) {
+[[gnu::always_inline]] inline void TileWriter::add_channels(size_t pixel, int64_t sample, const float* values) {
   Film::Storage& s = *film_.storage_;
   const FilmLayout& layout = film_.layout_;
-  double* doubles = s.doubles.data() + pixel * static_cast<size_t>(layout.doubles);
-  float* floats = s.floats.data() + pixel * static_cast<size_t>(layout.floats);
+  double* const doubles = s.doubles.data() + pixel * static_cast<size_t>(layout.doubles);
+  float* const floats = s.floats.data() + pixel * static_cast<size_t>(layout.floats);
   const float noise = rounding_noise(sample);
-  add_exactly(values.data(), static_cast<size_t>(layout.exact_means), doubles);
-  add_rounded(values.data() + layout.exact_means, static_cast<size_t>(layout.means - layout.exact_means), floats,
-              noise);
-  if (sample == 0)
+  add_exactly(values, static_cast<size_t>(layout.exact_means), doubles);
+  add_rounded(values + layout.exact_means, static_cast<size_t>(layout.means - layout.exact_means), floats, noise);
+  if (sample == 0) [[unlikely]]
     for (const int number : layout.firsts) {
       const FilmLayout::Place& place = layout.places[static_cast<size_t>(number)];
       const int components = film_.settings_.channels[static_cast<size_t>(number)].components;
-      std::copy_n(values.data() + place.sample, components, floats + place.sum);
+      std::copy_n(values + place.sample, components, floats + place.sum);
     }
-  for (const int first : layout.squares) {
-    const double r = values[0], g = values[1], b = values[2];
-    doubles[first] += r * r;
-    doubles[first + 1] += g * g;
-    doubles[first + 2] += b * b;
-  }
-  if (layout.id_channels > 0 && values[static_cast<size_t>(layout.id_sample)] > 0.0f)
-    add_things(pixel, values.data(), noise);
+  for (const int first : layout.squares) add_squares(values, doubles + first);
+  if (layout.id_channels > 0) add_things(pixel, values, noise);
 }
 
-void TileWriter::add_things(size_t pixel, const float* values, float noise) {
+[[gnu::always_inline]] inline void TileWriter::add_things(size_t pixel, const float* values, float noise) {
   const FilmLayout& layout = film_.layout_;
+  const float* met = values + layout.id_sample;
+  if (!(met[0] > 0.0f)) return;
   const size_t floats = static_cast<size_t>(layout.id_floats()), slots = static_cast<size_t>(layout.id_slots);
   float* const held = film_.storage_->things.data() + pixel * slots * floats;
-  const float* met = values + layout.id_sample;
   const auto is_met = [&](const float* thing) {
     for (size_t k = 1; k < floats; ++k)
       if (std::bit_cast<uint32_t>(thing[k]) != std::bit_cast<uint32_t>(met[k])) return false;
@@ -334,6 +304,38 @@ void TileWriter::add_things(size_t pixel, const float* values, float noise) {
     }
     add_rounded(thing[0], met[0], noise);
   }
+}
+
+void TileWriter::flush() {
+  Film::Storage& s = *film_.storage_;
+  const std::lock_guard lock(s.tiles[static_cast<size_t>(tile_)].mutex);
+  const bool all_good = all_finite({values_.get(), count_ * stride_});
+  for (size_t n = 0; n < count_; ++n) {
+    const size_t pixel = pixels_[n];
+    const std::span<float> values(values_.get() + n * stride_, floats_);
+    const int64_t sample = s.counts[pixel]++;
+    bool good = all_good || all_finite(values.first(4));
+    if (!all_good && good) [[unlikely]]
+      // What is not finite in a pass (a broken UV map) does not cost the picture its sample.
+      for (float& value : values.subspan(4))
+        if (!std::isfinite(value)) value = 0.0f;
+    if (!film_.settings_.allow_negative) good &= none_negative(values.data());
+    if (!good) [[unlikely]] {
+      film_.reject(pixel, sample, values);
+      continue;
+    }
+    if (film_.layout_.plain) {
+      double* sum = s.doubles.data() + pixel * floats_;
+      for (size_t c = 0; c < floats_; ++c) sum[c] += values[c];
+    } else {
+      add_channels(pixel, sample, values.data());
+    }
+    if (!s.second_moments.empty()) {
+      const double intensity = double(values[0]) + values[1] + values[2];
+      s.second_moments[pixel] += intensity * intensity;
+    }
+  }
+  count_ = 0;
 }
 
 }  // namespace lambent

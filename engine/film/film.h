@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <cstring>
 #include <memory>
 #include <span>
 #include <string>
@@ -160,20 +161,33 @@ class TileWriter {
   /// or negative is counted and recorded, and adds nothing but its count; what is not finite in other channels adds 0.
   void add(int x, int y, std::span<const float> values);
   /// The usual case of one RGBA channel.
-  void add(int x, int y, const Vec4& rgba) { add(x, y, std::span<const float>(&rgba.x, 4)); }
+  void add(int x, int y, const Vec4& rgba) {
+    if (stride_ != 4) return add(x, y, std::span<const float>(&rgba.x, 4));
+    std::memcpy(values_.get() + count_ * 4, &rgba.x, 4 * sizeof(float));
+    add_next(x, y);
+  }
   /// Room for a sample's floats, all 0, until anything else is called; add_next() adds it as add() does.
-  std::span<float> next();
+  std::span<float> next() {
+    float* const values = values_.get() + count_ * stride_;
+    using Floats8 = float __attribute__((vector_size(32)));
+    constexpr Floats8 k_zeros{};
+    for (size_t i = 0; i < stride_; i += k_piece)
+      for (size_t k = 0; k < k_piece; k += 8) std::memcpy(values + i + k, &k_zeros, sizeof k_zeros);
+    return {values, floats_};
+  }
   void add_next(int x, int y);
   /// Adds what is buffered, so that readers see it.
   void flush();
 
  private:
-  void add_channels(size_t pixel, int64_t sample, std::span<const float> values);
+  void add_channels(size_t pixel, int64_t sample, const float* values);
   void add_things(size_t pixel, const float* values, float noise);
 
   Film& film_;
   int tile_;
+  static constexpr size_t k_piece = 32;
   const size_t floats_;  ///< of a sample
+  const size_t stride_;  ///< from one to the next: whole pieces, but of films of the picture alone
   const size_t held_;    ///< samples, at most
   size_t count_ = 0;     ///< of those that are held back
   std::unique_ptr<uint32_t[]> pixels_;

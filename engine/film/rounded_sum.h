@@ -45,14 +45,9 @@ inline void add_rounded(const float* values, size_t count, float* sums, float no
   using Floats4 = float __attribute__((vector_size(16)));
   using Bits4 = uint32_t __attribute__((vector_size(16)));
   size_t i = 0;
-  for (; i + 16 <= count; i += 16) {
-    add_several(i, Floats8{}, Bits8{});
-    add_several(i + 8, Floats8{}, Bits8{});
-  }
-  if (i + 8 <= count) {
-    add_several(i, Floats8{}, Bits8{});
-    i += 8;
-  }
+  for (; i + 32 <= count; i += 32)
+    for (size_t k = 0; k < 32; k += 8) add_several(i + k, Floats8{}, Bits8{});
+  for (; i + 8 <= count; i += 8) add_several(i, Floats8{}, Bits8{});
   if (i + 4 <= count) {
     add_several(i, Floats4{}, Bits4{});
     i += 4;

@@ -55,9 +55,9 @@ struct ZeroedAllocator {
  private:
   /// The allocator's own large blocks are zeroed anew when they are used again; under the address sanitizer all memory
   /// is its business.
-  static bool is_mapped(size_t bytes) {
+  static bool is_mapped([[maybe_unused]] size_t bytes) {
 #if defined(__SANITIZE_ADDRESS__)
-    return false && bytes;
+    return false;
 #else
     return bytes >= size_t(1) << 20;
 #endif

@@ -15,7 +15,8 @@ void PassRecorder::follow(const ShadingPoint& point, const Bsdf& bsdf, const Col
   const Color seen = throughput * (shown_ / sampled);
   if (slots.denoising_depth >= 0) values_[slots.denoising_depth] += average(seen) * segment_m;
   // The commonest surfaces, where one lobe is all that is shown.
-  if (bsdf.lobes().size() == 1 && sharpness(bsdf.lobes()[0], slots.sharp_rule) == 0.0f) {
+  if (bsdf.lobes().size() == 1 &&
+      (bsdf.lobes()[0].kind == LobeKind::diffuse || sharpness(bsdf.lobes()[0], slots.sharp_rule) == 0.0f)) {
     following_ = false;
     if (slots.denoising_albedo >= 0) add_to(slots.denoising_albedo, seen * bsdf.albedo(point.wi_world));
     if (slots.denoising_normal >= 0)

@@ -279,6 +279,7 @@ void PassPlan::take_data_slot(const Pass& pass) {
       slots.features = true;
       return take(slots.denoising_albedo);
     case PassKind::mist:
+      slots.mist_per_m = 1.0f / (settings_.mist_depth_m > 0.0f ? settings_.mist_depth_m : 1e-6f);
       return take(slots.mist);
     case PassKind::ambient_occlusion:
       return take(slots.ambient_occlusion);

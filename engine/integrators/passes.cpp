@@ -46,14 +46,9 @@ bool scatters_by_cosine(const Lobe& lobe, const ShadingPoint& point) {
   }
 }
 
-/// Returns the class that has all of a pair of directions, or none and sets `shares`. @param parts of the evaluation of
-/// the pair, or null
-inline std::optional<LobeClass> class_shares(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world,
-                                             const EvalParts* parts, ClassShares& shares) {
-  const bool known = parts && parts->known;
-  if (known && parts->only_event) return parts->only_class;
-  shares = known ? parts->class_shares() : bsdf.class_shares(wi_world, wo_world, Transport::radiance);
-  return std::nullopt;
+/// @param parts of the evaluation of the pair, or null
+ClassShares class_shares(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world, const EvalParts* parts) {
+  return parts && parts->known ? parts->class_shares() : bsdf.class_shares(wi_world, wo_world, Transport::radiance);
 }
 
 /// Of all lobes, by their weights.
@@ -82,7 +77,10 @@ PassRecorder::PassRecorder(const PassPlan& plan, const Scene& scene)
       data_(plan.data_),
       slots_(plan.slots_),
       classes_(plan.classes_),
-      events_wanted_(plan.events_) {}
+      events_wanted_(plan.events_),
+      wants_aovs_(!plan.aovs_.empty()),
+      wants_features_(plan.data_slots_.features),
+      looks_(!plan.looked_at_.empty()) {}
 
 PassRecorder::PassRecorder(const PassPlan& plan, const Scene& scene, OtherPicture picture)
     : plan_(plan),
@@ -92,11 +90,19 @@ PassRecorder::PassRecorder(const PassPlan& plan, const Scene& scene, OtherPictur
       slots_(plan.other_slots_[static_cast<size_t>(picture)]),
       mattes_(picture == OtherPicture::catcher_lit) {}
 
+uint32_t PassRecorder::pixel_hash() const {
+  if (hashed_x_ != x_ || hashed_y_ != y_) {
+    pixel_hash_ =
+        hash_combine(hash_combine(plan_.settings_.seed, static_cast<uint32_t>(x_)), static_cast<uint32_t>(y_));
+    hashed_x_ = x_;
+    hashed_y_ = y_;
+  }
+  return pixel_hash_;
+}
+
 float PassRecorder::random() {
   if (!random_begun_) {
-    random_state_ = hash_combine(
-        hash_combine(hash_combine(plan_.settings_.seed, static_cast<uint32_t>(x_)), static_cast<uint32_t>(y_)),
-        sample_);
+    random_state_ = hash_combine(pixel_hash(), sample_);
     random_begun_ = true;
   }
   random_state_ = hash_combine(random_state_, 1);
@@ -107,9 +113,7 @@ float PassRecorder::random() {
 /// Unreasonable Effectiveness of Quasirandom Sequences": R2), the third is the golden section's.
 Vec3 PassRecorder::numbers(Own what, uint32_t step) const {
   constexpr uint32_t k_kinds = 3;
-  uint32_t shift =
-      hash_combine(hash_combine(plan_.settings_.seed, static_cast<uint32_t>(x_)), static_cast<uint32_t>(y_));
-  shift = hash_combine(shift, surfaces_ * k_kinds + static_cast<uint32_t>(what));
+  const uint32_t shift = hash_combine(pixel_hash(), surfaces_ * k_kinds + static_cast<uint32_t>(what));
   const uint32_t index = sample_ / step;
   return {unit_float(shift + index * 3242174889u), unit_float(hash_combine(shift, 1) + index * 2447445414u),
           unit_float(hash_combine(shift, 2) + index * 2654435769u)};
@@ -119,11 +123,12 @@ void PassRecorder::start_clock() {
   if (plan_.data_slots_.time >= 0 || plan_.data_slots_.render_time >= 0) start_ = std::chrono::steady_clock::now();
 }
 
+void PassRecorder::begin(int x, int y, uint32_t sample) {
+  own_.assign(static_cast<size_t>(plan_.layout_.sample_floats), 0.0f);
+  begin(x, y, sample, own_);
+}
+
 void PassRecorder::begin(int x, int y, uint32_t sample, std::span<float> floats) {
-  if (floats.empty()) {
-    own_.assign(static_cast<size_t>(plan_.layout_.sample_floats), 0.0f);
-    floats = own_;
-  }
   DCHECK(floats.size() == static_cast<size_t>(plan_.layout_.sample_floats));
   values_ = floats.data();
   x_ = x;
@@ -136,9 +141,10 @@ void PassRecorder::begin(int x, int y, uint32_t sample, std::span<float> floats)
   saw_surface_ = on_matte_ = met_other_ = false;
   receiving_ = meets_world_ = world_hidden_ = false;
   occlusion_ = Occlusion::done;
-  following_ = plan_.data_slots_.features && !data_.empty();
+  following_ = wants_features_;
   shown_ = stands_for_ = 1.0f;
-  if (sample == 0 && !plan_.looked_at_.empty() && !data_.empty()) look(x, y);
+  if (sample == 0 && looks_) [[unlikely]]
+    look(x, y);
 }
 
 /// What has no mean is that of the middle of the pixel: the first surface there that is opaque enough.
@@ -188,12 +194,7 @@ bool PassRecorder::opaque_enough(const SurfaceBinding& binding, const Bsdf& bsdf
          1.0f - average(bsdf.transparency()) >= plan_.settings_.alpha_threshold;
 }
 
-void PassRecorder::evaluate(const SurfaceBinding& binding, const ShadingPoint& point, Bsdf& bsdf) {
-  const Program& program = *binding.program;
-  if (data_.empty() || plan_.aovs_.empty() || program.aov_count() == 0) {
-    program.evaluate(point, scene_.textures(), bsdf);
-    return;
-  }
+void PassRecorder::evaluate(const Program& program, const ShadingPoint& point, Bsdf& bsdf) {
   aov_values_.resize(static_cast<size_t>(program.aov_count()));
   program.evaluate_with_aovs(point, scene_.textures(), bsdf, aov_values_);
 }
@@ -215,7 +216,7 @@ void PassRecorder::visible(const SurfaceHit& hit, const SurfaceBinding& binding,
   }
   for (const PassPlan::Pass& pass : plan_.mattes_)
     if (scene_.in_matte(point.object_index, pass.matte)) *at(pass) += cover;
-  if (!plan_.aovs_.empty() && cover != 0.0f && binding.program->aov_count() > 0) add_aovs(*binding.program, cover);
+  if (evaluates(*binding.program) && cover != 0.0f) add_aovs(*binding.program, cover);
   receiving_ = shared_ && slots.shadow >= 0;
   if (slots.shadow >= 0 && !shared_ && samples_for_passes(k_received_step))
     sample_received(hit, point, bsdf, throughput);
@@ -225,7 +226,8 @@ void PassRecorder::visible(const SurfaceHit& hit, const SurfaceBinding& binding,
   }
 }
 
-void PassRecorder::add_colors(const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput) {
+[[gnu::always_inline]] inline void PassRecorder::add_colors(const ShadingPoint& point, const Bsdf& bsdf,
+                                                            const Color& throughput) {
   const PassPlan::DataSlots& slots = plan_.data_slots_;
   if (const std::optional<LobeClass> only = bsdf.class_of_only_lobe()) {
     const Color albedo = bsdf.albedo(point.wi_world);
@@ -244,16 +246,17 @@ void PassRecorder::add_sharp(const ShadingPoint& point, const Bsdf& bsdf, const 
   if (slots.denoising_roughness >= 0) values_[slots.denoising_roughness] += found.roughness * average(throughput);
 }
 
-float PassRecorder::mist(const ShadingPoint& point) const {
+[[gnu::always_inline]] inline float PassRecorder::mist(const ShadingPoint& point) const {
   const Vec3 p = scene_.view().camera_from_world.point(point.p_world);
   const float distance = scene_.view().perspective ? length(p) : std::fabs(p.z);
-  const float depth = plan_.settings_.mist_depth_m, exponent = plan_.settings_.mist_exponent;
-  const float mist = std::clamp((distance - plan_.settings_.mist_start_m) / (depth > 0.0f ? depth : 1e-6f), 0.0f, 1.0f);
+  const float exponent = plan_.settings_.mist_exponent;
+  const float mist = std::clamp((distance - plan_.settings_.mist_start_m) * plan_.data_slots_.mist_per_m, 0.0f, 1.0f);
   return exponent == 2.0f ? mist * mist : exponent == 1.0f ? mist : std::pow(mist, exponent);
 }
 
 /// @param cover above 0
-void PassRecorder::add_ids(const SurfaceBinding& binding, const ShadingPoint& point, float cover) {
+[[gnu::always_inline]] inline void PassRecorder::add_ids(const SurfaceBinding& binding, const ShadingPoint& point,
+                                                         float cover) {
   const std::vector<PassKind>& kinds = plan_.ids_;
   const auto& of_object = scene_.ids(point.object_index);
   const auto id_of = [&](PassKind kind) {
@@ -274,7 +277,7 @@ void PassRecorder::add_ids(const SurfaceBinding& binding, const ShadingPoint& po
 }
 
 /// What evaluate() found at the surface.
-void PassRecorder::add_aovs(const Program& program, float cover) {
+[[gnu::always_inline]] inline void PassRecorder::add_aovs(const Program& program, float cover) {
   if (aovs_of_ != &program) {
     aovs_of_ = &program;
     aov_numbers_.clear();
@@ -293,7 +296,8 @@ void PassRecorder::add_aovs(const Program& program, float cover) {
   }
 }
 
-void PassRecorder::first_surface(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, float seen) {
+[[gnu::always_inline]] inline void PassRecorder::first_surface(const SurfaceHit& hit, const ShadingPoint& point,
+                                                               const Bsdf& bsdf, float seen) {
   const PassPlan::DataSlots& slots = plan_.data_slots_;
   if (slots.vector >= 0) {
     // As in Cycles every sample that got here counts alike, whatever stands before.
@@ -318,13 +322,14 @@ void PassRecorder::missed(const Vec3& direction_world) {
   values_[plan_.data_slots_.vector_weight] = 1.0f;
 }
 
-void PassRecorder::add_motion(const Vec4& motion_px) {
+[[gnu::always_inline]] inline void PassRecorder::add_motion(const Vec4& motion_px) {
   if (std::isfinite(motion_px.x + motion_px.y + motion_px.z + motion_px.w))
     std::copy_n(&motion_px.x, 4, values_ + plan_.data_slots_.vector);
 }
 
 /// Of what a ray from the point, by the cosine, meets nothing within the distance that the world asks for.
-void PassRecorder::occlusion(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, float cover) {
+[[gnu::always_inline]] inline void PassRecorder::occlusion(const SurfaceHit& hit, const ShadingPoint& point,
+                                                           const Bsdf& bsdf, float cover) {
   occlusion_cover_ = cover;
   values_[plan_.data_slots_.ambient_occlusion + 2] += cover;
   if (shared_ && scene_.profile().alike_for_shadows && !bsdf.empty())
@@ -351,6 +356,7 @@ void PassRecorder::sampled(const SurfaceHit& hit, const ShadingPoint& point, con
                            int picked) {
   if (occlusion_ != Occlusion::scattering) return;
   occlusion_ = Occlusion::done;
+  if (bsdf.lobes().size() == 1) picked = 0;
   // Which lobe is picked does not depend on where it scatters to.
   if (picked < 0 || !scatters_by_cosine(bsdf.lobes()[static_cast<size_t>(picked)], point)) {
     occlude(hit, point);
@@ -429,17 +435,12 @@ void PassRecorder::receive_world(const SurfaceHit& hit, const ShadingPoint& poin
   received(unshadowed * transmittance(ray), unshadowed);
 }
 
-void PassRecorder::add_hidden_world(const Vec3& direction_world, const Color& throughput, const PathCounts& counts) {
+void PassRecorder::hide_world(const Vec3& direction_world, const Color& throughput, const PathCounts& counts) {
   world_hidden_ = true;
   scene_.lights().for_each_infinite(direction_world, counts.ray_kind, [&](const LightHit& hit) {
     if (scene_.source_of(hit.light) == LightSource::background)
       received(Color(0.0f), throughput * scene_.light_radiance(hit, counts));
   });
-}
-
-void PassRecorder::received(const Color& shadowed, const Color& unshadowed) {
-  add_to(plan_.data_slots_.shadow, shadowed);
-  add_to(plan_.data_slots_.unshadowed, unshadowed);
 }
 
 void PassRecorder::scattered(uint32_t instance, const Bsdf& bsdf, const Vec3& wi_world, const BsdfSample& sample,
@@ -449,13 +450,21 @@ void PassRecorder::scattered(uint32_t instance, const Bsdf& bsdf, const Vec3& wi
     met_other_ = met_other_ || scene_.instance(instance).holdout;
   }
   const bool delta = sample.event & k_scatter_delta;
-  if (classes_ && vertices_ == 0) {
-    if (delta)
-      first_only_ = sample.event & k_scatter_transmission ? LobeClass::transmission : LobeClass::glossy;
-    else
-      first_only_ = class_shares(bsdf, wi_world, sample.wo_world, parts, first_);
+  const bool asks_class = classes_ && vertices_ == 0;
+  if (delta) {
+    if (asks_class) first_only_ = sample.event & k_scatter_transmission ? LobeClass::transmission : LobeClass::glossy;
+    if (events_wanted_) events_.append(sample.event);
+  } else if (bsdf.lobes().size() == 1) {
+    const LobeFacts& facts = bsdf.facts_of_only_lobe(wi_world, sample.wo_world);
+    if (asks_class) first_only_ = facts.one;
+    if (events_wanted_) events_.append(facts.event);
+  } else {
+    if (asks_class) {
+      first_only_.reset();
+      first_ = class_shares(bsdf, wi_world, sample.wo_world, parts);
+    }
+    if (events_wanted_) events_.append(event_of_several(bsdf, wi_world, sample.wo_world, parts));
   }
-  if (events_wanted_) events_.append(delta ? sample.event : event_at(bsdf, wi_world, sample.wo_world, parts));
   ++vertices_;
 }
 
@@ -502,9 +511,11 @@ bool PassRecorder::meets_other(const LightWalk& walk, int depth) const {
   return false;
 }
 
-void PassRecorder::joined(const Color& value, uint32_t instance, const Bsdf& bsdf, const Vec3& wi_world,
-                          const Vec3& wo_world, Technique technique, const EventSequence& light_side,
-                          LightSource source, uint16_t group, const LightWalk* walk, const EvalParts* parts) {
+[[gnu::always_inline]] inline void PassRecorder::add_joined(const Color& value, uint32_t instance, const Bsdf& bsdf,
+                                                            const Vec3& wi_world, const Vec3& wo_world,
+                                                            Technique technique, const EventSequence& light_side,
+                                                            LightSource source, uint16_t group, const LightWalk* walk,
+                                                            const EvalParts* parts) {
   if (light_.empty()) return;
   PathSignature path{vertices_ + 1 + light_side.count, &first_, {}, source, group, technique};
   if (mattes_) {
@@ -514,17 +525,39 @@ void PassRecorder::joined(const Color& value, uint32_t instance, const Bsdf& bsd
   }
   ClassShares here;
   path.first_only = first_only_;
-  if (classes_ && vertices_ == 0) {
-    path.first_only = class_shares(bsdf, wi_world, wo_world, parts, here);
-    path.first = &here;
-  }
+  const bool asks_class = classes_ && vertices_ == 0;
   // Paths of one event make no caustics.
-  if (events_wanted_ && (plan_.expressions_ || path.vertices > 1)) {
+  const bool asks_events = events_wanted_ && (plan_.expressions_ || path.vertices > 1);
+  uint8_t event = k_scatter_none;
+  if (bsdf.lobes().size() == 1) {
+    const LobeFacts& facts = bsdf.facts_of_only_lobe(wi_world, wo_world);
+    if (asks_class) path.first_only = facts.one;
+    event = facts.event;
+  } else {
+    if (asks_class) {
+      path.first_only.reset();
+      here = class_shares(bsdf, wi_world, wo_world, parts);
+      path.first = &here;
+    }
+    if (asks_events) event = event_of_several(bsdf, wi_world, wo_world, parts);
+  }
+  if (asks_events) {
     path.events = events_;
-    path.events.append(event_at(bsdf, wi_world, wo_world, parts));
+    path.events.append(event);
     path.events.append_packed(light_side.bits, light_side.count);
   }
   add(value, path);
+}
+
+void PassRecorder::joined(const Color& value, uint32_t instance, const Bsdf& bsdf, const Vec3& wi_world,
+                          const Vec3& wo_world, Technique technique, const EventSequence& light_side,
+                          LightSource source, uint16_t group, const LightWalk* walk, const EvalParts* parts) {
+  add_joined(value, instance, bsdf, wi_world, wo_world, technique, light_side, source, group, walk, parts);
+}
+
+void PassRecorder::lit(const Color& value, uint32_t instance, const Bsdf& bsdf, const Vec3& wi_world,
+                       const Vec3& wo_world, LightSource source, uint16_t group, const EvalParts& parts) {
+  add_joined(value, instance, bsdf, wi_world, wo_world, Technique::next_event, {}, source, group, nullptr, &parts);
 }
 
 void PassRecorder::add_other(OtherPicture picture, const Color& radiance, float cover, const PassRecorder* parts) {
@@ -537,7 +570,17 @@ void PassRecorder::add_other(OtherPicture picture, const Color& radiance, float 
   }
 }
 
-void PassRecorder::finish(const Vec4& picture, const Color& behind) {
+/// All of it to this sample.
+void PassRecorder::finish_time() {
+  const PassPlan::DataSlots& slots = plan_.data_slots_;
+  const std::chrono::steady_clock::time_point before = start_;
+  start_clock();
+  const float microseconds = std::chrono::duration<float, std::micro>(start_ - before).count();
+  if (slots.time >= 0) values_[slots.time] = microseconds;
+  if (slots.render_time >= 0) values_[slots.render_time] = 1e-3f * microseconds;
+}
+
+void PassRecorder::finish(const Vec4& picture, const Color& behind, bool last) {
   const float all[4] = {picture.x, picture.y, picture.z, picture.w};
   std::copy_n(all, 4, values_);
   if (occlusion_ == Occlusion::next_ray) add_occlusion(open(occlusion_ray_));
@@ -551,13 +594,7 @@ void PassRecorder::finish(const Vec4& picture, const Color& behind) {
   }
   const PassPlan::DataSlots& slots = plan_.data_slots_;
   if (slots.mist >= 0) values_[slots.mist] = 1.0f - values_[slots.mist];
-  if (slots.time >= 0 || slots.render_time >= 0) {
-    const std::chrono::steady_clock::time_point before = start_;
-    start_clock();
-    const float microseconds = std::chrono::duration<float, std::micro>(start_ - before).count();
-    if (slots.time >= 0) values_[slots.time] = microseconds;
-    if (slots.render_time >= 0) values_[slots.render_time] = 1e-3f * microseconds;
-  }
+  if (last && (slots.time >= 0 || slots.render_time >= 0)) finish_time();
   for (const PassPlan::Copy& copy : plan_.copies_) std::copy_n(values_ + copy.from, copy.floats, values_ + copy.to);
 }
 
@@ -629,6 +666,12 @@ bool PassRecorder::takes(const PassPlan::Pass& pass, const PathSignature& path, 
     if (receiver > 0) add_if(slots_.caustics_indirect, value);
     if (receiver == 0) add_if(slots_.caustics_direct, path.share(LobeClass::diffuse, value));
   }
+  if (!slots_.by_rule.empty()) [[unlikely]]
+    add_by_rule(radiance, path);
+}
+
+/// @param path by value, so that what calls this need not have it in memory
+[[gnu::noinline]] void PassRecorder::add_by_rule(const Color& radiance, PathSignature path) {
   for (const PassPlan::Pass& pass : slots_.by_rule) {
     Color part;
     if (takes(pass, path, radiance, part)) add_to(pass, part * plan_.settings_.exposure);

@@ -179,6 +179,7 @@ class PassPlan {
     int shadow = -1, unshadowed = -1;
     int vector = -1, vector_weight = -1, normal = -1, uv = -1, denoising_normal = -1, denoising_depth = -1;
     int time = -1, render_time = -1;
+    float mist_per_m = 0.0f;                                     ///< how much thicker it is a metre further on
     bool albedos = false, sharp = false, first_surface = false;  ///< some of these
     bool features = false;                                       ///< denoising albedo, normal or depth
     SharpRule sharp_rule = SharpRule::at_once;                   ///< of these
@@ -258,15 +259,17 @@ class PassRecorder {
   /// world that its next ray meets or does not (met_world(), hide_world()), and next_ray().
   void share() { shared_ = true; }
 
-  /// A sample's time is that since the one before it, or since this.
+  /// The time of a pixel's samples is that since those of the pixel before, or since this.
   void start_clock();
 
   // --- The camera walk, in this order -------------------------------------------------------------------------------
-  /// @param floats where the sample goes: FilmLayout::sample_floats zeros, to live until finish(). None: the recorder
-  /// has floats of its own
-  void begin(int x, int y, uint32_t sample, std::span<float> floats = {});
-  /// Runs the program at a surface that the camera sees, for the passes too.
-  void evaluate(const SurfaceBinding& binding, const ShadingPoint& point, Bsdf& bsdf);
+  /// @param floats where the sample goes: FilmLayout::sample_floats zeros, to live until finish(); without, the
+  /// recorder has floats of its own
+  void begin(int x, int y, uint32_t sample, std::span<float> floats);
+  void begin(int x, int y, uint32_t sample);
+  /// evaluate() is to run the program at a surface that the camera sees, for the passes too.
+  bool evaluates(const Program& program) const { return wants_aovs_ && program.aov_count() > 0; }
+  void evaluate(const Program& program, const ShadingPoint& point, Bsdf& bsdf);
   /// A surface that the camera sees: directly or through transparent ones, whose transmittance is `throughput`.
   void visible(const SurfaceHit& hit, const SurfaceBinding& binding, const ShadingPoint& point, const Bsdf& bsdf,
                const Color& throughput);
@@ -276,8 +279,11 @@ class PassRecorder {
   void pass_under() { receiving_ = false; }
   /// Light that a sampled light sends to the surface just seen and on to the camera, with what stands before the light
   /// and without; throughput included.
-  void received(const Color& shadowed, const Color& unshadowed);
-  /// How the surface just seen sent the walk on, or would have: by lobe number `picked` of its.
+  void received(const Color& shadowed, const Color& unshadowed) {
+    add_to(plan_.data_slots_.shadow, shadowed);
+    add_to(plan_.data_slots_.unshadowed, unshadowed);
+  }
+  /// How the surface just seen sent the walk on, or would have: by lobe number `picked` of its several.
   void sampled(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, const BsdfSample& sample,
                int picked);
   /// The walk scatters, and not straight on.
@@ -290,15 +296,13 @@ class PassRecorder {
   void met_world(const Color& radiance, bool counts) {
     received(counts ? radiance : Color(0.0f), world_hidden_ ? Color(0.0f) : radiance);
   }
-  /// Something stands before the world in that direction; a transparent surface perhaps.
-  void hide_world(const Vec3& direction_world, const Color& throughput, const PathCounts& counts) {
-    if (meets_world_ && !world_hidden_) add_hidden_world(direction_world, throughput, counts);
-  }
+  /// hide_world() is to be told if something stands before the world in the next ray's direction; a transparent surface
+  /// perhaps.
+  bool meets_world() const { return meets_world_ && !world_hidden_; }
+  void hide_world(const Vec3& direction_world, const Color& throughput, const PathCounts& counts);
   /// The walk's next ray: what it met (null: nothing) at distance t. Asked for by waits_for_ray().
   void next_ray(float t, const Program* met);
   bool waits_for_ray() const { return occlusion_ == Occlusion::next_ray; }
-  /// sampled() is to be told which lobe was picked.
-  bool waits_for_scatter() const { return occlusion_ == Occlusion::scattering; }
   /// The walk scattered at its next vertex, on `instance`. @param parts of the evaluation in that direction, or null
   void scattered(uint32_t instance, const Bsdf& bsdf, const Vec3& wi_world, const BsdfSample& sample,
                  const EvalParts* parts = nullptr);
@@ -325,12 +329,16 @@ class PassRecorder {
   void joined(const Color& value, uint32_t instance, const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world,
               Technique technique, const EventSequence& light_side, LightSource source, uint16_t group,
               const LightWalk* walk = nullptr, const EvalParts* parts = nullptr);
+  /// The same of a light that next event sampled.
+  void lit(const Color& value, uint32_t instance, const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world,
+           LightSource source, uint16_t group, const EvalParts& parts);
   /// What the sample is in another picture, exposure included. @param cover of catcher_lit: share of the sample that
   /// the catchers take @param parts the recorder of that picture's sample, or null
   void add_other(OtherPicture picture, const Color& radiance, float cover, const PassRecorder* parts);
   /// Completes the sample's floats. `picture` is the film's first channel, `behind` what of the world it would have
-  /// where shadow catchers are, exposure included.
-  void finish(const Vec4& picture, const Color& behind);
+  /// where shadow catchers are, exposure included. @param last of this pixel's for now: it gets the time of all of
+  /// them, whose mean is the same, as asking for the time takes longer than much of what passes ask
+  void finish(const Vec4& picture, const Color& behind, bool last);
 
   // --- Light walks --------------------------------------------------------------------------------------------------
   /// What a light walk's vertex sends to the lens: calls splat(plane, color) for each pass of light that takes some.
@@ -348,16 +356,26 @@ class PassRecorder {
   bool wants_events() const { return events_wanted_; }
   bool wants_classes() const { return classes_; }
   /// Whether joined() and scattered() have a use for what the walk's next evaluation tells of classes and events.
-  bool wants_eval_parts() const { return events_wanted_ || (classes_ && vertices_ == 0); }
+  bool wants_eval_parts(const Bsdf& bsdf) const {
+    return (events_wanted_ || (classes_ && vertices_ == 0)) && bsdf.lobes().size() > 1;
+  }
+  /// The same of its next sample, or sampled() asks which lobe was picked.
+  bool wants_sample_parts(const Bsdf& bsdf) const {
+    return (events_wanted_ || (classes_ && vertices_ == 0) || occlusion_ == Occlusion::scattering) &&
+           bsdf.lobes().size() > 1;
+  }
   /// Whether a light walk scatters at an object that is no catcher, up to `depth` from the light; asked for mattes.
   bool meets_other(const LightWalk& walk, int depth) const;
   bool wants_mattes() const { return mattes_; }
   /// An event for a pair of directions, chosen by what each kind of lobe has of the light.
   uint8_t event_at(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world, const EvalParts* parts = nullptr) {
-    return parts && parts->only_event ? parts->only_event : event_of_several(bsdf, wi_world, wo_world, parts);
+    return bsdf.lobes().size() == 1 ? bsdf.facts_of_only_lobe(wi_world, wo_world).event
+                                    : event_of_several(bsdf, wi_world, wo_world, parts);
   }
 
  private:
+  /// Of the seed and the pixel.
+  uint32_t pixel_hash() const;
   /// Uniform in [0, 1).
   float random();
   /// What a surface is sampled for by passes alone.
@@ -367,7 +385,11 @@ class PassRecorder {
   /// Uniform in [0, 1)³ and well spread over those samples; others for each surface that one sees.
   Vec3 numbers(Own what, uint32_t step) const;
   static bool takes(const PassPlan::Pass& pass, const PathSignature& path, const Color& value, Color& part);
-  void add(const Color& value, const PathSignature& path);
+  void add(const Color& radiance, const PathSignature& path);
+  void add_joined(const Color& value, uint32_t instance, const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world,
+                  Technique technique, const EventSequence& light_side, LightSource source, uint16_t group,
+                  const LightWalk* walk, const EvalParts* parts);
+  void add_by_rule(const Color& radiance, PathSignature path);
   void add_to(const PassPlan::Pass& pass, const Color& value) { add_to(pass.sample, value); }
   void add_to(int sample_float, const Color& value) {
     float* to = values_ + sample_float;
@@ -386,6 +408,7 @@ class PassRecorder {
   void add_ids(const SurfaceBinding& binding, const ShadingPoint& point, float cover);
   void first_surface(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, float seen);
   void add_motion(const Vec4& motion_px);
+  void finish_time();
   void add_aovs(const Program& program, float cover);
   void look(int x, int y);
   void look_at(const PassPlan::Pass& pass, const ShadingPoint& point);
@@ -394,7 +417,6 @@ class PassRecorder {
   void occlude(const SurfaceHit& hit, const ShadingPoint& point);
   void add_occlusion(float open, float weight = 1.0f);
   float open(const Ray& ray) const;
-  void add_hidden_world(const Vec3& direction_world, const Color& throughput, const PathCounts& counts);
   void receive_world(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput);
   void sample_received(const SurfaceHit& hit, const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput);
   /// @param blockers LinkSets' of the light at its end
@@ -408,8 +430,9 @@ class PassRecorder {
   const PassPlan::LightSlots& slots_;
   std::vector<float> own_;
   float* values_ = nullptr;
-  const bool classes_ = false, events_wanted_ = false;  ///< as PassPlan's
-  const bool mattes_ = false;                           ///< follows what is brought to mattes
+  const bool classes_ = false, events_wanted_ = false;                      ///< as PassPlan's
+  const bool mattes_ = false;                                               ///< follows what is brought to mattes
+  const bool wants_aovs_ = false, wants_features_ = false, looks_ = false;  ///< as PassPlan's, of what this records
   bool shared_ = false;
   bool receiving_ = false;     ///< next event is to tell what the surface just seen receives
   bool meets_world_ = false;   ///< the even world that the next ray meets is received by what the camera saw
@@ -427,6 +450,8 @@ class PassRecorder {
   ClassShares first_;  ///< at x_1
   std::optional<LobeClass> first_only_;
   EventSequence events_;
+  mutable uint32_t pixel_hash_ = 0;
+  mutable int hashed_x_ = -1, hashed_y_ = -1;  ///< that it is of
   bool on_matte_ = false, met_other_ = false;  ///< x_1 is on a matte; an object that is none has scattered the walk
   bool saw_surface_ = false;                   ///< one that is opaque enough for normals, UVs...
   // What denoisers are to see: how far what the walk meets is shown, the samples that it stands for, and what was at

@@ -255,7 +255,8 @@ void LightWalk::trace(const Sampler& sampler, float time) {
     if (depth >= 2) counts.add(sampled.event);
     if (!counts.within(settings_) || depth >= settings_.max_vertices) return;
     uint8_t event = sampled.event;
-    if (settings_.events_by_share && !(event & k_scatter_delta))
+    // Of one lobe alone it is what was sampled.
+    if (settings_.events_by_share && !(event & k_scatter_delta) && vertex.bsdf.lobes().size() > 1)
       event = event_by_share(vertex.bsdf, vertex.wi_world, sampled.wo_world,
                              unit_float(hash_combine(std::bit_cast<uint32_t>(sampled.wo_world.x), event_index)));
     events = events << 4 | (event & 15u);

@@ -33,13 +33,14 @@ Vec3 SceneMotion::place(const Step& step, const SurfaceHit& hit, const Instance&
 }
 
 Vec4 SceneMotion::vector_px(const SurfaceHit& hit, const Instance& instance) const {
-  const auto seen_to_move = [&](const Step& step) { return step.camera_moves || moves(step.objects[instance.object]); };
-  if (!seen_to_move(steps_[0]) && !seen_to_move(steps_[1])) return Vec4(0.0f);
+  const bool moved = steps_[0].moves[instance.object], will_move = steps_[1].moves[instance.object];
+  if (!moved && !will_move) return Vec4(0.0f);
   const Vec2 now = camera_.raster_of(hit.p_world);
   const auto raster_in = [&](const Step& step) {
-    return step.camera.raster_of(moves(step.objects[instance.object]) ? place(step, hit, instance) : hit.p_world);
+    return step.camera.raster_of(step.objects[instance.object].moves() ? place(step, hit, instance) : hit.p_world);
   };
-  const Vec2 before = raster_in(steps_[0]) - now, after = now - raster_in(steps_[1]);
+  const Vec2 before = moved ? raster_in(steps_[0]) - now : Vec2(0.0f);
+  const Vec2 after = will_move ? now - raster_in(steps_[1]) : Vec2(0.0f);
   return {before.x, before.y, after.x, after.y};
 }
 

@@ -21,8 +21,10 @@ Color sane_color(const Color& c, float high) {
   return Color(sane(c.x, 0.0f, high, 0.0f), sane(c.y, 0.0f, high, 0.0f), sane(c.z, 0.0f, high, 0.0f));
 }
 
+Color weighted_albedo(const Lobe& lobe, float cos_view) { return lobe.weight * lobe_albedo(lobe, cos_view); }
+
 // How much of the mixture's samples the lobe gets, seen from a direction with cosine `cos_view` to its normal.
-float selection(const Lobe& lobe, float cos_view) { return average(lobe.weight * lobe_albedo(lobe, cos_view)); }
+float selection(const Lobe& lobe, float cos_view) { return average(weighted_albedo(lobe, cos_view)); }
 
 // Smooths what a bumped diffuse lobe would cut off hard at the smooth terminator.
 float bump_shadowing(BumpShadowing rule, const Vec3& ns, const Vec3& n, const Vec3& light) {
@@ -110,23 +112,6 @@ Term eval_term(const Lobe& lobe, BumpShadowing rule, const Vec3& ng, const Vec3&
   return term;
 }
 
-/// Of a lobe that is no delta, for a pair of directions.
-struct KindFacts {
-  LobeClass one;
-  uint8_t event;
-  bool by_side;  ///< they depend on `apart`
-};
-using FactsBySide = std::array<KindFacts, 2>;  ///< by `apart`
-const std::array<FactsBySide, static_cast<size_t>(LobeKind::thin_transmission) + 1> k_kind_facts = [] {
-  std::array<FactsBySide, static_cast<size_t>(LobeKind::thin_transmission) + 1> facts;
-  for (size_t k = 0; k < facts.size(); ++k)
-    for (const bool apart : {false, true}) {
-      const LobeKind kind = static_cast<LobeKind>(k);
-      facts[k][apart] = {class_of(kind, apart), event_of(kind, apart), kind == LobeKind::glass || is_fibre(kind)};
-    }
-  return facts;
-}();
-
 void add_event(EventShares& shares, LobeKind kind, bool apart, float pdf) {
   const bool transmitted = goes_through(kind, apart);
   (transmitted ? shares.transmission : is_diffuse(kind) ? shares.diffuse : shares.glossy) += pdf;
@@ -134,6 +119,16 @@ void add_event(EventShares& shares, LobeKind kind, bool apart, float pdf) {
 }
 
 }  // namespace
+
+const std::array<std::array<LobeFacts, 2>, static_cast<size_t>(LobeKind::thin_transmission) + 1> k_lobe_facts = [] {
+  std::array<std::array<LobeFacts, 2>, static_cast<size_t>(LobeKind::thin_transmission) + 1> facts;
+  for (size_t k = 0; k < facts.size(); ++k)
+    for (const bool apart : {false, true}) {
+      const LobeKind kind = static_cast<LobeKind>(k);
+      facts[k][apart] = {class_of(kind, apart), event_of(kind, apart), kind == LobeKind::glass || is_fibre(kind)};
+    }
+  return facts;
+}();
 
 Bsdf& Bsdf::operator=(const Bsdf& other) {
   if (this == &other) return *this;
@@ -300,19 +295,31 @@ void Bsdf::add_emission(const Color& radiance) {
 
 void Bsdf::fill_shares(const Vec3& wi_world) const {
   shares_wi_world_ = wi_world;
-  float* share = shares_.of;
-  float& total = shares_.total;
+  shares_.albedos_known = count_ != 1;
   if (count_ == 1) {
-    total = share[0] = 1.0f;
+    shares_.total = shares_.of[0] = 1.0f;
     return;
   }
+  for (int i = 0; i < count_; ++i) shares_.albedo[i] = weighted_albedo(lobes_[i], dot(lobes_[i].n, wi_world));
+  share_out();
+}
+
+void Bsdf::share_out() const {
+  if (count_ == 1) return;
+  float* const share = shares_.of;
+  float& total = shares_.total;
   total = 0.0f;
-  for (int i = 0; i < count_; ++i) total += share[i] = selection(lobes_[i], dot(lobes_[i].n, wi_world));
+  for (int i = 0; i < count_; ++i) total += share[i] = average(shares_.albedo[i]);
   if (least_share_ == 0.0f) return;
   // As Cycles' defensive sampling; a lobe that gives nothing keeps nothing.
   const float least = least_share_ * total;
   total = 0.0f;
   for (int i = 0; i < count_; ++i) total += share[i] = share[i] > 0.0f ? std::max(share[i], least) : 0.0f;
+}
+
+void Bsdf::fill_albedo_of_only_lobe() const {
+  shares_.albedo[0] = weighted_albedo(lobes_[0], dot(lobes_[0].n, shares_wi_world_));
+  shares_.albedos_known = true;
 }
 
 template <bool wants_parts>
@@ -322,10 +329,8 @@ BsdfEval Bsdf::eval_lobes(const Vec3& wi_world, const Vec3& wo_world, Transport 
   if (!has_non_delta_) return result;
   if constexpr (wants_parts) {
     parts->known = true;
-    if (count_ > 1) {
-      parts->f_cos.fill(Color(0.0f));
-      parts->pdf = {};
-    }
+    parts->f_cos.fill(Color(0.0f));
+    parts->pdf = {};
   }
   const bool reverse = reverse_pdf == ReversePdf::yes;
   const Shares& selected = shares(wi_world);
@@ -339,16 +344,10 @@ BsdfEval Bsdf::eval_lobes(const Vec3& wi_world, const Vec3& wo_world, Transport 
     result.f_cos += term.f_cos;
     result.pdf_solid_angle += selected.of[i] * term.pdf;
     if constexpr (wants_parts) {
-      const FactsBySide& of_kind = k_kind_facts[static_cast<size_t>(lobe.kind)];
+      const std::array<LobeFacts, 2>& of_kind = k_lobe_facts[static_cast<size_t>(lobe.kind)];
       const bool apart = of_kind[0].by_side && dot(lobe.n, wi_world) * dot(lobe.n, wo_world) < 0.0f;
-      const KindFacts& facts = of_kind[apart];
-      if (count_ == 1) {
-        parts->only_event = facts.event;
-        parts->only_class = facts.one;
-      } else {
-        parts->f_cos[static_cast<size_t>(facts.one)] += term.f_cos;
-        add_event(parts->pdf, lobe.kind, apart, selected.of[i] * term.pdf);
-      }
+      parts->f_cos[static_cast<size_t>(of_kind[apart].one)] += term.f_cos;
+      add_event(parts->pdf, lobe.kind, apart, selected.of[i] * term.pdf);
     }
     result.pdf_reverse_solid_angle += share_reverse * term.pdf_reverse;
   }
@@ -417,11 +416,6 @@ BsdfSample Bsdf::sample_lobes(const Vec3& wi_world, float u_choice, const Vec2& 
     result.pdf_solid_angle = local.z * k_inv_pi;
     result.event = k_scatter_diffuse;
     result.lobe = picked;
-    if constexpr (wants_parts) {
-      parts->known = true;
-      parts->only_event = k_scatter_diffuse;
-      parts->only_class = LobeClass::diffuse;
-    }
     return result;
   }
   if (lobe.kind == LobeKind::subsurface) {
@@ -557,7 +551,7 @@ EventShares Bsdf::event_shares(const Vec3& wi_world, const Vec3& wo_world) const
   return result;
 }
 
-ClassShares EvalParts::shares_of_several() const {
+ClassShares EvalParts::class_shares() const {
   ClassShares result;
   const Color total = f_cos[0] + f_cos[1] + f_cos[2];
   for (int k = 0; k < 3; ++k) {
@@ -576,8 +570,7 @@ ClassShares Bsdf::class_shares(const Vec3& wi_world, const Vec3& wo_world, Trans
   return parts.class_shares();
 }
 
-std::optional<LobeClass> Bsdf::class_of_only_lobe() const {
-  if (count_ != 1) return std::nullopt;
+std::optional<LobeClass> Bsdf::class_of_uncommon_lobe() const {
   const LobeKind kind = lobes_[0].kind;
   if (goes_straight(kind) || kind == LobeKind::glass) return std::nullopt;
   return class_of(kind, transmits_alone(kind));
@@ -585,24 +578,26 @@ std::optional<LobeClass> Bsdf::class_of_only_lobe() const {
 
 ClassAlbedos Bsdf::class_albedos(const Vec3& wi_world) const {
   ClassAlbedos result;
-  for (const Lobe& lobe : lobes()) {
+  const Color* const albedos = lobe_albedos(wi_world);
+  for (int i = 0; i < count_; ++i) {
+    const Lobe& lobe = lobes_[i];
     if (goes_straight(lobe.kind)) continue;
-    const float cos_view = dot(lobe.n, wi_world);
     if (lobe.kind == LobeKind::glass) {
+      const float cos_view = dot(lobe.n, wi_world);
       const GlassFacet facet(lobe, std::fabs(cos_view), cos_view > 0.0f ? lobe.eta : 1.0f / lobe.eta);
       result.of[static_cast<int>(LobeClass::glossy)] += lobe.weight * facet.reflected;
       result.of[static_cast<int>(LobeClass::transmission)] += lobe.weight * facet.transmitted;
     } else {
-      result.of[static_cast<int>(class_of(lobe.kind, transmits_alone(lobe.kind)))] +=
-          lobe.weight * lobe_albedo(lobe, cos_view);
+      result.of[static_cast<int>(class_of(lobe.kind, transmits_alone(lobe.kind)))] += albedos[i];
     }
   }
   return result;
 }
 
-Color Bsdf::albedo(const Vec3& wi_world) const {
+Color Bsdf::albedo_of_several(const Vec3& wi_world) const {
+  const Color* const albedos = lobe_albedos(wi_world);
   Color sum(0.0f);
-  for (int i = 0; i < count_; ++i) sum += lobes_[i].weight * lobe_albedo(lobes_[i], dot(lobes_[i].n, wi_world));
+  for (int i = 0; i < count_; ++i) sum += albedos[i];
   return sum;
 }
 

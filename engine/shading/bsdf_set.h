@@ -14,28 +14,30 @@ namespace lambent {
 /// Whether pdf_reverse_solid_angle is wanted: a path tracer's loop says no and saves its cost (the value is then 0).
 enum class ReversePdf : uint8_t { no, yes };
 
-/// What evaluating all lobes for a pair of directions tells besides: what each class of lobes has of f_cos, and each
-/// kind of event of pdf_solid_angle (not normalised). For passes.
+/// What light counts as that a lobe, not a delta, sends from one direction to another.
+struct LobeFacts {
+  LobeClass one;
+  uint8_t event;
+  bool by_side;  ///< they depend on whether the two are apart, by the lobe's normal
+};
+/// By LobeKind and whether they are apart.
+extern const std::array<std::array<LobeFacts, 2>, static_cast<size_t>(LobeKind::thin_transmission) + 1> k_lobe_facts;
+
+/// What evaluating several lobes for a pair of directions tells besides: what each class of lobes has of f_cos, and
+/// each kind of event of pdf_solid_angle (not normalised). For passes. (One lobe alone: Bsdf::facts_of_only_lobe.)
 struct EvalParts {
-  std::array<Color, k_lobe_classes> f_cos;  ///< set where known and only_event is not
+  std::array<Color, k_lobe_classes> f_cos;  ///< set where known
   EventShares pdf;                          ///< likewise
   bool known = false;                       ///< false: nothing had to be evaluated
   int picked = -1;  ///< sample(): number of the lobe chosen, also where the sample fails; -1: none
-  /// Where there is one lobe alone, its event and class, which say all that f_cos and pdf would; else k_scatter_none.
-  uint8_t only_event = k_scatter_none;
-  LobeClass only_class = LobeClass::diffuse;
 
   EvalParts() {}  // leaves f_cos and pdf uninitialised on purpose
   void clear() {
     known = false;
     picked = -1;
-    only_event = k_scatter_none;
   }
   /// As Bsdf::class_shares(). Requires known.
-  ClassShares class_shares() const { return only_event ? ClassShares::all_of(only_class) : shares_of_several(); }
-
- private:
-  ClassShares shares_of_several() const;
+  ClassShares class_shares() const;
 };
 
 /// Filled by Program::evaluate on the stack; no virtual calls, no allocation. Reusable after begin().
@@ -63,7 +65,7 @@ class Bsdf {
   /// sampling from wi and its pdf; reverse pdfs are those without.
   void set_least_share(float share) {
     least_share_ = share;
-    shares_wi_world_ = Vec3(0.0f);
+    if (shares_wi_world_ != Vec3(0.0f)) share_out();
   }
 
   void set_bump_shadowing(BumpShadowing rule) { bump_shadowing_ = rule; }
@@ -71,7 +73,11 @@ class Bsdf {
   void set_shading_normal(const Vec3& n_world) { ns_world_ = n_world; }
 
   /// The class that albedo() is of where there is one lobe and class_albedos() has it in one class; else none.
-  std::optional<LobeClass> class_of_only_lobe() const;
+  std::optional<LobeClass> class_of_only_lobe() const {
+    if (count_ != 1) return std::nullopt;
+    if (lobes_[0].kind == LobeKind::diffuse) return LobeClass::diffuse;
+    return class_of_uncommon_lobe();
+  }
 
   /// Drops the lobes that reflect, that refract or both, mirrors included: what a walk meets after a diffuse surface
   /// where caustics are switched off (Cycles drops closures, not paths; so the rest is sampled as if they were not
@@ -119,6 +125,12 @@ class Bsdf {
   std::optional<LobeClass> only_class(const Vec3& wi_world, const Vec3& wo_world) const;
   std::optional<uint8_t> only_event(const Vec3& wi_world, const Vec3& wo_world) const;
 
+  /// Of one lobe alone, told without evaluating it.
+  const LobeFacts& facts_of_only_lobe(const Vec3& wi_world, const Vec3& wo_world) const {
+    const std::array<LobeFacts, 2>& facts = k_lobe_facts[static_cast<size_t>(lobes_[0].kind)];
+    return facts[facts[0].by_side && dot(lobes_[0].n, wi_world) * dot(lobes_[0].n, wo_world) < 0.0f];
+  }
+
   /// A lobe has a density, so that next-event estimation is worth a ray.
   bool has_non_delta() const { return has_non_delta_; }
   /// Some lobe scatters or transmits.
@@ -130,7 +142,17 @@ class Bsdf {
   /// Radiance emitted towards wi.
   Color emission() const { return emission_; }
   /// Estimate of the directional albedo towards wi, transparency included: for roulette and passes.
-  Color albedo(const Vec3& wi_world) const;
+  Color albedo(const Vec3& wi_world) const {
+    // The commonest surface.
+    if (count_ == 1 && lobes_[0].kind == LobeKind::diffuse) return lobes_[0].weight;
+    return albedo_of_several(wi_world);
+  }
+  /// ... that of each of lobes(). Valid until the next call with another wi.
+  const Color* lobe_albedos(const Vec3& wi_world) const {
+    const Shares& known = shares(wi_world);
+    if (!known.albedos_known) fill_albedo_of_only_lobe();
+    return known.albedo;
+  }
 
   std::span<const Lobe> lobes() const { return {lobes_, static_cast<size_t>(count_)}; }
 
@@ -148,12 +170,18 @@ class Bsdf {
   struct Shares {
     float of[k_max_lobes];
     float total;
+    Color albedo[k_max_lobes];  ///< weight included
+    bool albedos_known;         ///< one lobe alone needs none to be picked
   };
   const Shares& shares(const Vec3& wi_world) const {
     if (wi_world != shares_wi_world_) fill_shares(wi_world);
     return shares_;
   }
   void fill_shares(const Vec3& wi_world) const;
+  void share_out() const;
+  void fill_albedo_of_only_lobe() const;
+  Color albedo_of_several(const Vec3& wi_world) const;
+  std::optional<LobeClass> class_of_uncommon_lobe() const;
 
   union {  // suppresses construction of the array
     Lobe lobes_[k_max_lobes];

@@ -29,9 +29,10 @@ float alpha_of(const Lobe& lobe) {
 SpecularFeatures specular_features(const Bsdf& bsdf, const Vec3& wi_world) {
   SpecularFeatures result;
   float weights = 0.0f;
+  const Color* albedos = bsdf.lobe_albedos(wi_world);
   for (const Lobe& lobe : bsdf.lobes()) {
+    const Color& albedo = *albedos++;
     if (goes_straight(lobe.kind)) continue;
-    const Color albedo = lobe.weight * lobe_albedo(lobe, dot(lobe.n, wi_world));
     const float alpha = alpha_of(lobe);
     const float weight = average(albedo);
     result.albedo += albedo * sharpness(lobe, SharpRule::blended);
@@ -52,9 +53,10 @@ float sharpness(const Lobe& lobe, SharpRule rule) {
 SurfaceFeatures surface_features(const Bsdf& bsdf, const ShadingPoint& point, SharpRule rule) {
   SurfaceFeatures result;
   float all = 0.0f, straight = 0.0f, sharp = 0.0f;
+  const Color* albedos = bsdf.lobe_albedos(point.wi_world);
   for (const Lobe& lobe : bsdf.lobes()) {
     const bool is_straight = goes_straight(lobe.kind);
-    const Color albedo = lobe.weight * lobe_albedo(lobe, dot(lobe.n, point.wi_world));
+    const Color& albedo = *albedos++;
     const float weight = average(albedo);
     all += weight;
     if (is_straight) {

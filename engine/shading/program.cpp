@@ -198,7 +198,8 @@ Color sum_code(const ProgramData& program, const Code& code, const ShadingPoint&
 
 }  // namespace
 
-Program::Program(std::unique_ptr<const ProgramData> data) : data_(std::move(data)), traits_(data_->traits) {}
+Program::Program(std::unique_ptr<const ProgramData> data)
+    : data_(std::move(data)), traits_(data_->traits), aov_count_(static_cast<int>(data_->aovs.size())) {}
 Program::~Program() = default;
 
 std::span<const AttributeRequest> Program::attribute_requests() const { return data_->requests; }
@@ -261,8 +262,6 @@ bool same_displacement(const Program& a, const Program& b) {
          x.requests == y.requests && x.met_attributes == y.met_attributes &&
          x.displaces_in_object_space == y.displaces_in_object_space && x.bump_filter_width == y.bump_filter_width;
 }
-
-int Program::aov_count() const { return static_cast<int>(data_->aovs.size()); }
 
 int Program::find_aov(std::string_view name) const {
   const auto found = std::find(data_->aovs.begin(), data_->aovs.end(), name);

@@ -81,7 +81,7 @@ class Program {
 
   /// The AOV of that name that the graph writes: its number, -1 if there is none.
   int find_aov(std::string_view name) const;
-  int aov_count() const;
+  int aov_count() const { return aov_count_; }
   /// As evaluate(), and what all AOVs of the graph are there, in the same run of the nodes. @param aovs [aov_count()]
   void evaluate_with_aovs(const ShadingPoint& point, const TextureSystem* textures, Bsdf& bsdf,
                           std::span<AovValue> aovs) const;
@@ -98,6 +98,7 @@ class Program {
  private:
   std::unique_ptr<const ProgramData> data_;
   ProgramTraits traits_;
+  int aov_count_ = 0;
 };
 
 }  // namespace lambent

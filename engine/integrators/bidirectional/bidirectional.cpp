@@ -187,7 +187,7 @@ class Bidirectional final : public Integrator {
             if (loan.others[i]) loan.others[i]->give_splats();
           if (any_other || has_light_walks()) ++paths;
           if (passes) {
-            passes->finish(picture, estimate.behind * settings_.exposure);
+            passes->finish(picture, estimate.behind * settings_.exposure, sample + 1 == target_samples);
             writer.add_next(x, y);
           } else {
             writer.add(x, y, picture);

@@ -311,7 +311,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
     const SurfaceBinding& binding = scene_.binding(hit.instance, hit.material_slot);
     const Program& program = *binding.program;
     if (passes_) {
-      passes_->hide_world(ray.direction, throughput_, path_counts());
+      if (passes_->meets_world()) passes_->hide_world(ray.direction, throughput_, path_counts());
       if (passes_->waits_for_ray()) passes_->next_ray(geometry_hit.t, &program);
     }
     const float distance = distance_before_ + geometry_hit.t;
@@ -329,8 +329,8 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
       scattered.wo_world = ray.direction;
       scattered.event = k_scatter_transparent | k_scatter_delta;
     } else {
-      if (passes_ && only_transparent_)
-        passes_->evaluate(binding, point, bsdf);
+      if (passes_ && only_transparent_ && passes_->evaluates(program))
+        passes_->evaluate(program, point, bsdf);
       else
         program.evaluate(point, scene_.textures(), bsdf);
       uint8_t light_flags = light_walk_flags(scene_, hit, program);
@@ -430,7 +430,8 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
         pdfs_.flags[i] = static_cast<uint8_t>((delta ? 0 : k_connectible) | light_flags);
         events_.append(scattered.event);
         only_transparent_ = only_transparent_ && counts_as_transparent(settings_, scattered);
-        if (passes_ && !only_transparent_) passes_->scattered(hit.instance, bsdf, point.wi_world, scattered, &parts_);
+        if (passes_ && !only_transparent_ && !follows_alone_)
+          passes_->scattered(hit.instance, bsdf, point.wi_world, scattered, &parts_);
         m_ = i;
         only_delta_ = only_delta_ && delta;
         last_ = {hit.p_world, point.ng_world, receiver_normal, scattered.pdf_solid_angle,
@@ -457,7 +458,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
     if (event_index > 0 && u_roulette >= 0.0f && !only_transparent_) {
       roulette = Roulette(throughput_, u_roulette);
       if (roulette.lost && !(finds_emission() && scene_.rays_meet_light())) {
-        if (passes_) passes_->hide_world(scattered.wo_world, throughput_, path_counts());
+        if (passes_ && passes_->meets_world()) passes_->hide_world(scattered.wo_world, throughput_, path_counts());
         break;
       }
     }

@@ -157,7 +157,7 @@ class Kernel {
   BsdfEval eval(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world) {
     if (passes_) {
       parts_.clear();
-      if (passes_->wants_eval_parts())
+      if (passes_->wants_eval_parts(bsdf))
         return bsdf.eval(wi_world, wo_world, Transport::radiance, ReversePdf::yes, parts_);
     }
     return bsdf.eval(wi_world, wo_world, Transport::radiance);
@@ -165,7 +165,9 @@ class Kernel {
   BsdfSample sample(const Bsdf& bsdf, const Vec3& wi_world, const EventNumbers& numbers) {
     if (passes_) {
       parts_.clear();
-      if (passes_->wants_eval_parts() || passes_->waits_for_scatter())
+      if (follows_alone_)
+        return bsdf.sample(wi_world, numbers.lobe, numbers.direction, Transport::radiance, ReversePdf::no);
+      if (passes_->wants_sample_parts(bsdf))
         return bsdf.sample(wi_world, numbers.lobe, numbers.direction, Transport::radiance, ReversePdf::yes, parts_);
     }
     return bsdf.sample(wi_world, numbers.lobe, numbers.direction, Transport::radiance);

@@ -130,8 +130,8 @@ void Kernel<profile>::next_event(const Here& here) {
   const Color added = add(contribution, Technique::next_event, weight, light.light, bounces_.total > 0);
   events_ = walked;
   if (passes_)
-    passes_->joined(added, here.hit.instance, here.bsdf, here.point.wi_world, light.direction_world,
-                    Technique::next_event, {}, scene_.source_of(light.light), light.traits->group, nullptr, &parts_);
+    passes_->lit(added, here.hit.instance, here.bsdf, here.point.wi_world, light.direction_world,
+                 scene_.source_of(light.light), light.traits->group, parts_);
 }
 
 template <KernelProfile profile>

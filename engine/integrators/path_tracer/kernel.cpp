@@ -37,7 +37,8 @@ template <KernelProfile profile, bool recording>
 BsdfEval Kernel<profile, recording>::eval(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world,
                                           EvalParts& parts) const {
   if constexpr (recording)
-    if (passes()->wants_eval_parts()) return bsdf.eval(wi_world, wo_world, Transport::radiance, ReversePdf::no, parts);
+    if (passes()->wants_eval_parts(bsdf))
+      return bsdf.eval(wi_world, wo_world, Transport::radiance, ReversePdf::no, parts);
   return bsdf.eval(wi_world, wo_world, Transport::radiance, ReversePdf::no);
 }
 
@@ -46,7 +47,7 @@ BsdfSample Kernel<profile, recording>::sample(const Bsdf& bsdf, const Vec3& wi_w
                                               EvalParts& parts) const {
   if constexpr (recording) {
     parts.clear();
-    if (passes()->wants_eval_parts() || passes()->waits_for_scatter())
+    if (passes()->wants_sample_parts(bsdf))
       return bsdf.sample(wi_world, numbers.lobe, numbers.direction, Transport::radiance, ReversePdf::no, parts);
   }
   return bsdf.sample(wi_world, numbers.lobe, numbers.direction, Transport::radiance, ReversePdf::no);
@@ -172,10 +173,11 @@ void Kernel<profile, recording>::next_event(const ShadingPoint& point, const Sur
   const Color radiance = scene_.sample_radiance(light, seen_as);
   const bool hit_by_rays = !light.is_delta && light.traits->hit_by_rays;
   const float weight = hit_by_rays ? power_heuristic(light.pdf_solid_angle, scattered.pdf_solid_angle) : 1.0f;
+  const Color arriving = throughput_ * scattered.f_cos * radiance;
   std::optional<Color> seen_through;  // the shadow ray's answer, once known
   if constexpr (recording)
     if (passes()->receiving()) {
-      Color unshadowed = throughput_ * scattered.f_cos * radiance * (1.0f / light.pdf_solid_angle);
+      Color unshadowed = arriving * (1.0f / light.pdf_solid_angle);
       if (is_black(unshadowed)) return;
       if (light.traits->shadows) {
         // It survives whenever the contribution does, which is as much or less.
@@ -187,7 +189,7 @@ void Kernel<profile, recording>::next_event(const ShadingPoint& point, const Sur
                                            : Color(1.0f);
       passes()->received(unshadowed * *seen_through, unshadowed);
     }
-  Color contribution = throughput_ * scattered.f_cos * radiance * (weight / light.pdf_solid_angle);
+  Color contribution = arriving * (weight / light.pdf_solid_angle);
   if (is_black(contribution)) return;
   if (light.traits->shadows) {
     const float survival = max_component(abs(contribution)) * shadow_survival_scale_;
@@ -201,8 +203,8 @@ void Kernel<profile, recording>::next_event(const ShadingPoint& point, const Sur
   const Color added = add(contribution, bounces_.total > 0);
   if constexpr (recording)
     if (!is_black(added))
-      passes()->joined(added, hit.instance, bsdf, point.wi_world, light.direction_world, Technique::next_event, {},
-                       scene_.source_of(light.light), light.traits->group, nullptr, &parts);
+      passes()->lit(added, hit.instance, bsdf, point.wi_world, light.direction_world, scene_.source_of(light.light),
+                    light.traits->group, parts);
 }
 
 template <KernelProfile profile, bool recording>
@@ -224,7 +226,7 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
       add_background(ray.direction);
       break;
     }
-    if constexpr (recording) passes()->hide_world(ray.direction, throughput_, path_counts());
+    if (recording && passes()->meets_world()) passes()->hide_world(ray.direction, throughput_, path_counts());
     SurfaceHit hit = scene_.geometry().surface(geometry_hit);
     const SurfaceBinding& binding = scene_.binding(hit.instance, hit.material_slot);
     const Program& program = *binding.program;
@@ -245,8 +247,8 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
       scattered.wo_world = ray.direction;
       scattered.event = k_scatter_transparent | k_scatter_delta;
     } else {
-      if (recording && only_transparent_)
-        passes()->evaluate(binding, point, bsdf);
+      if (recording && only_transparent_ && passes()->evaluates(program))
+        passes()->evaluate(program, point, bsdf);
       else
         program.evaluate(point, scene_.textures(), bsdf);
       if (bounces_.ray_kind & k_ray_diffuse)
@@ -321,7 +323,7 @@ PathEstimate Kernel<profile, recording>::run(const CameraRay& camera_ray) {
     if (event_index > 0 && u_roulette >= 0.0f && !(scattered.event & k_scatter_transparent)) {
       roulette = Roulette(throughput_, u_roulette, k_safe_throughput);
       if (roulette.lost && !scene_.rays_meet_light()) {
-        if constexpr (recording) passes()->hide_world(scattered.wo_world, throughput_, path_counts());
+        if (recording && passes()->meets_world()) passes()->hide_world(scattered.wo_world, throughput_, path_counts());
         break;
       }
     }

@@ -45,7 +45,7 @@ class PathTracer final : public Integrator {
           if (render_context().interrupted && cancel.cancelled()) return counts;  // not whole: as if it had not begun
           const Vec4 picture = picture_of(estimate, settings_.exposure);
           if (passes) {
-            passes->finish(picture, estimate.behind * settings_.exposure);
+            passes->finish(picture, estimate.behind * settings_.exposure, sample + 1 == target_samples);
             writer.add_next(x, y);
           } else {
             writer.add(x, y, picture);

@@ -309,6 +309,17 @@ class PassRecorder {
   /// What denoisers are to see (albedo, normal, depth) is not found yet: the walk has met nothing but what is sharp or
   /// transparent. follow(), followed() and follow_light() are to be told of each surface and light that it meets.
   bool following() const { return following_; }
+  /// Whether a walk that would go on for following() alone does: a third of those that still show something whole, and
+  /// fewer the less they show. It then stands for the others. @param u uniform, and again afterwards
+  bool stays_following(float& u) {
+    const float stays = shown_ / 3.0f;
+    following_ = u < stays;
+    if (!following_) return false;
+    u /= stays;
+    shown_ /= stays;
+    stands_for_ /= stays;
+    return true;
+  }
   /// A surface. @param throughput the walk's there @param segment_m from the surface before @param sampled the share of
   /// walks that got here which go on (roulette): what they scatter stands for the others
   void follow(const ShadingPoint& point, const Bsdf& bsdf, const Color& throughput, float segment_m, float sampled);

@@ -419,7 +419,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
                  false, hit.instance,       here_place};
       } else if (!(scattered.event & k_scatter_transparent)) {
         const bool delta = scattered.event & k_scatter_delta;
-        if (!pass_.set.camera_scatters && !delta && !follow_alone()) break;
+        if (!pass_.set.camera_scatters && !delta && !follow_alone(u_roulette)) break;
         if (i > 1) {
           pdfs_.light[i - 1] = scattered.pdf_reverse_solid_angle * previous_per_solid_angle;
           if (delta && program.traits().view_dependent && pass_.set.weighted() &&

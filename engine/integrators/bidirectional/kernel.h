@@ -144,9 +144,10 @@ class Kernel {
   float connections_from(const Here& here, int light_leaf) const {
     return here.i == first_ ? connections(true, region_, light_leaf) : later_connections(here.place, light_leaf);
   }
-  /// Where the techniques end, the walk goes on for what denoisers are to see; false: nothing is left to find.
-  bool follow_alone() {
-    if (!following()) return false;
+  /// Where the techniques end, some walks go on for what denoisers are to see; false: this one does not.
+  /// @param u as stays_following()
+  bool follow_alone(float& u) {
+    if (!following() || (!follows_alone_ && !passes_->stays_following(u))) return false;
     follows_alone_ = true;
     only_transparent_ = false;
     return true;

@@ -141,6 +141,10 @@ k_integrators = {
         **k_rare_in_pt, **k_splats,
         **_all(k_rare, {"Caustics Indirect": (2, 1), "Combined": (4, 1), "Combined_keys": (2.5, 1), "Combined_rim": (6, 29), "Combined_signs": (8, 1), "Combined_sky": (2.5, 1)}),
         **_all(k_rare, {"Glossy Indirect x Glossy Color": (7, 1), "Transmission Indirect x Transmission Color": (9, 1)}),
+        **_all(
+            "light paths that gloss of alpha 0.04 sends to the lens are few and bright: in the 120 px wide picture's tile (96, 24) it is 0.67 of PT's "
+            "with 300 samples and 0.89 with 2,500, over the whole picture 0.990",
+            {"Glossy Direct x Glossy Color": (2, 1)}),
         **_all(k_few_received, {"Shadow": (17, 1.5)}),
         **_shadows(7, **{"": (5, 1)}, keys=(2.5, 1), rim=(6, 30), signs=(7, 1), sky=(2.5, 1)),
     },

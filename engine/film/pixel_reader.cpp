@@ -84,7 +84,7 @@ void PixelReader::add_step(size_t c, const std::vector<bool>& wanted) {
                      channel.minus < 0 && !channel.catcher && !channel.total;
   const size_t count = static_cast<size_t>(channel.components);
   if (!plain)
-    steps_.push_back({static_cast<int>(c), from_[c], count});
+    steps_.push_back({static_cast<int>(c)});
   else if (!steps_.empty() && steps_.back().channel < 0 && steps_.back().from + steps_.back().count == from_[c])
     steps_.back().count += count;
   else

@@ -35,7 +35,7 @@ class PixelReader {
   /// Means that lie together and are read as they are, or a channel that takes more.
   struct Step {
     int channel = -1;  ///< -1: means
-    size_t from = 0;   ///< in means_
+    size_t from = 0;   ///< of means: in means_
     size_t count = 0;
     int first_level = 0, levels = 0;  ///< rule ids: which fours of it
   };

@@ -372,8 +372,7 @@ class PassRecorder {
   }
   /// The same of its next sample, or sampled() asks which lobe was picked.
   bool wants_sample_parts(const Bsdf& bsdf) const {
-    return (events_wanted_ || (classes_ && vertices_ == 0) || occlusion_ == Occlusion::scattering) &&
-           bsdf.lobes().size() > 1;
+    return wants_eval_parts(bsdf) || (occlusion_ == Occlusion::scattering && bsdf.lobes().size() > 1);
   }
   /// Whether a light walk scatters at an object that is no catcher, up to `depth` from the light; asked for mattes.
   bool meets_other(const LightWalk& walk, int depth) const;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/path/mis.h"
+
 namespace lambent {
 
 void fill_correlation(PathPdfs& pdfs, const TechniqueCounts& counts, float acceptance_area) {
@@ -121,13 +123,11 @@ float sum_of_ratios(const PathPdfs& pdfs, const TechniqueSet& set, const Techniq
 /// same paths, and next events nearly without noise, so between the two the power heuristic holds, whatever the others
 /// have.
 float share_of_end(const PathPdfs& pdfs, const TechniqueSet& set, Technique technique) {
-  if (!set.emission || !set.next_event || !(pdfs.flags[pdfs.n] & k_connectible)) return 1.0f;
   const bool hit = technique == Technique::emission_hit;
   if (!hit && technique != Technique::next_event) return 1.0f;
-  const float other = hit ? pdfs.next_event / pdfs.scatter : pdfs.scatter / pdfs.next_event;
-  if (other <= 1.0f) return (1.0f + other) / (1.0f + other * other);
-  const float inverse = 1.0f / other;
-  return inverse * (1.0f + inverse) / (1.0f + inverse * inverse);
+  if (!set.emission || !set.next_event || !(pdfs.flags[pdfs.n] & k_connectible)) return 1.0f;
+  const float own = hit ? pdfs.scatter : pdfs.next_event, other = hit ? pdfs.next_event : pdfs.scatter;
+  return power_heuristic(own, other) * (1.0f + other / own);
 }
 
 }  // namespace

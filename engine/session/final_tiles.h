@@ -1,8 +1,7 @@
 // The tiles of a render that ended, read from its film ahead of whoever takes them.
 #pragma once
 
-#include <condition_variable>
-#include <cstdint>
+#include <cstddef>
 #include <deque>
 #include <functional>
 #include <memory>

@@ -201,6 +201,7 @@ struct Run {
   std::shared_ptr<Film> film;
   std::shared_ptr<Render> render;
   std::vector<char> taken_whole;            ///< by tile: what was taken last had all channels
+  bool over = false;                        ///< nothing is rendered any more: no tiles until they are final
   std::unique_ptr<FinalTiles> final_tiles;  ///< no newer pixels will come
   bool tiles_told = false;                  ///< tiles_ready was called and nothing taken since
 };
@@ -316,6 +317,10 @@ void Session::State::conduct(const std::shared_ptr<Run>& run_pointer) {
     outcome.message = std::string("The render failed: ") + exception.what();
   }
   outcome.epoch = of.epoch;
+  {
+    const std::lock_guard lock(of.mutex);
+    of.over = true;
+  }
   if (events.stopped) events.stopped(of.epoch);
   {
     const std::lock_guard lock(of.mutex);
@@ -515,7 +520,7 @@ std::vector<TileSnapshot> Session::take_tiles(size_t limit, const std::vector<st
     run->tiles_told = false;
     film = run->film;
     final = run->final_tiles.get();
-    if (!film) return tiles;
+    if (!film || (run->over && !final)) return tiles;
     channels = film->channels();
     if (!names.empty() && !final) {
       const auto is_named = [&](const Channel& channel) {

@@ -70,7 +70,7 @@ struct RenderOutcome {
 struct SessionEvents {
   std::function<void(int64_t epoch, const Report&)> report;  ///< what building the scene found
   std::function<void()> tiles_ready;                         ///< take_tiles() has something; at most once until taken
-  std::function<void(int64_t epoch)> stopped;                ///< nothing is rendered any more; before any final tile
+  std::function<void(int64_t epoch)> stopped;                ///< nothing is rendered any more; only final tiles follow
   std::function<void(const RenderOutcome&)> done;            ///< after the last final tile became available
 };
 

@@ -57,9 +57,17 @@ class SessionTest : public testing::Test {
   }
 
   std::vector<std::string> events_;
+  bool take_when_stopped_ = false;
+  std::vector<TileSnapshot> after_stop_;  ///< what there was to take then, if wanted
   RenderOutcome outcome_;
   Session session_{Engine::create({.threads = 2}),
-                   {.stopped = [this](int64_t) { events_.push_back("stopped"); },
+                   {.report = nullptr,
+                    .tiles_ready = nullptr,
+                    .stopped =
+                        [this](int64_t) {
+                          events_.push_back("stopped");
+                          if (take_when_stopped_) after_stop_ = session_.take_tiles(100);
+                        },
                     .done =
                         [this](const RenderOutcome& outcome) {
                           events_.push_back("done");
@@ -112,11 +120,13 @@ TEST_F(SessionTest, a_tile_of_which_some_channels_were_taken_comes_again_with_al
 
 TEST_F(SessionTest, a_cancelled_render_gives_what_every_pixel_had) {
   configure(0);
+  take_when_stopped_ = true;
   session_.start(1);
   first_tile();
   session_.cancel();
   session_.wait();
   EXPECT_EQ(outcome_.status, RenderStatus::cancelled);
+  EXPECT_TRUE(after_stop_.empty()) << "then only final tiles come";
   const Picture picture = session_.picture();
   std::vector<float> seen(picture.pixels.size());
   for (const TileSnapshot& tile : rest()) {

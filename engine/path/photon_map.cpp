@@ -116,4 +116,14 @@ void PhotonMap::build(std::span<PhotonBatch* const> batches, float cell_m, const
   if (cancel.cancelled()) photons_.clear();
 }
 
+bool PhotonMap::came_straight(const Photon& photon) const {
+  const PhotonRecord* record = &records_[photon.record];
+  for (int d = record->depth - 1; d >= 1; --d) {
+    do --record;
+    while (record->depth != d);
+    if (record->flags & k_record_connectible) return false;
+  }
+  return true;
+}
+
 }  // namespace lambent

@@ -29,6 +29,8 @@ class PhotonMap {
   uint64_t paths() const { return paths_; }
   size_t bytes() const;
   const PhotonRecord& record(uint32_t index) const { return records_[index]; }
+  /// Whether nothing but delta events lie between the light and the photon.
+  bool came_straight(const Photon& photon) const;
   /// LightVertex::events of a record; 0 unless the batches kept them.
   uint64_t events(uint32_t record) const { return events_.empty() ? 0 : events_[record]; }
 

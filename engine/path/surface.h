@@ -43,9 +43,10 @@ inline uint8_t event_by_share(const Bsdf& bsdf, const Vec3& wi_world, const Vec3
 /// What part of the light along a pair of directions rays see that `hidden_from` (LightTraits) hides a light from: rays
 /// are of the kind of the lobe that scattered them (bounces.h).
 /// @param mesh meshes are met by rays of any kind that they are not hidden from, lamps by those of no hidden kind
+/// @param width of the lobes that are asked for
 inline float share_that_sees(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world, uint32_t hidden_from,
-                             bool mesh) {
-  const EventShares shares = bsdf.event_shares(wi_world, wo_world);
+                             bool mesh, LobeWidth width = LobeWidth::any) {
+  const EventShares shares = bsdf.event_shares(wi_world, wo_world, width);
   const auto seen = [&](uint32_t kinds) {
     const uint32_t hidden = hidden_from & kinds;
     return (mesh ? hidden == kinds : hidden != 0u) ? 0.0f : 1.0f;

@@ -17,9 +17,14 @@ namespace lambent {
 
 /// What finds light. Constant during a render.
 struct TechniqueSet {
-  /// Camera walks go on after non-delta scattering. If not, their first non-delta vertex is the last.
+  /// Camera walks go on after non-delta scattering. If not, their first non-delta vertex is the last ...
   bool camera_scatters = false;
-  /// Emission met after non-delta scattering counts; what is met through delta events alone always does.
+  /// ... but by narrow lobes (LobeWidth) they go on as by mirrors: what light walks bring is joined with the others
+  /// alone, unless it came straight from the light or through delta events alone. That, which only emission hits find
+  /// further on, is shared with them (at_gloss()).
+  bool passes_gloss = false;
+  /// Emission met after non-delta scattering counts; what is met through delta events alone always does, and so does
+  /// what is met after narrow lobes where walks go on by these.
   bool emission = false;
   bool next_event = false;
   bool connections = false;    ///< to the light walk of the same sample
@@ -30,14 +35,24 @@ struct TechniqueSet {
   int first_merge_camera = 1;  ///< merging i needs i at least this ...
   int first_merge_light = 1;   ///< ... and x_i to be at least so far along the light walk (1: its first hit)
 
-  /// Several techniques may find one path: they are weighed against each other. If not, each path has one technique.
+  /// Several techniques may find one path: they are weighed against each other. If not, each path has one technique,
+  /// but for at_gloss().
   bool weighted() const { return camera_scatters; }
+  /// What finds light that comes straight, or through delta events alone, to the last narrow lobe by which a camera
+  /// walk goes on where it passes gloss.
+  TechniqueSet at_gloss() const {
+    TechniqueSet set;
+    set.camera_scatters = set.emission = true;
+    set.next_event = next_event;
+    set.merging = merging;
+    return set;
+  }
   bool light_walks() const { return connections || light_tracing || merging || shared_lights; }
 };
 
 inline constexpr TechniqueSet k_techniques_lt{.light_tracing = true};
-inline constexpr TechniqueSet k_techniques_vpl{.next_event = true, .shared_lights = true};
-inline constexpr TechniqueSet k_techniques_ppm{.merging = true};
+inline constexpr TechniqueSet k_techniques_vpl{.passes_gloss = true, .next_event = true, .shared_lights = true};
+inline constexpr TechniqueSet k_techniques_ppm{.passes_gloss = true, .merging = true};
 inline constexpr TechniqueSet k_techniques_bpm{.camera_scatters = true, .merging = true};
 /// No light tracing for direct light on what the camera sees: next events and emission hits find all of it and vary far
 /// less than the number of walks that happen to arrive in a pixel, which weights, blind to variance, would not know

@@ -47,6 +47,10 @@ struct BsdfSample {
   int lobe = -1;                         ///< number of the sampled lobe in Bsdf::lobes()
 };
 
+/// Lobes by how narrow they are; deltas are none of them. Narrow: microfacets that next to only their own sampling
+/// finds (lobe.h, is_narrow).
+enum class LobeWidth : uint8_t { any, narrow, wide };
+
 /// How the density of a pair of directions is shared by kinds of event: shares sum to 1, or are all 0.
 struct EventShares {
   float diffuse = 0.0f, glossy = 0.0f, transmission = 0.0f;

@@ -1,5 +1,7 @@
 #include "engine/shading/bsdf_set.h"
 
+#include <algorithm>
+
 #include "engine/sampling/sampler.h"
 #include "engine/shading/lobe_functions.h"
 
@@ -110,6 +112,10 @@ Term eval_term(const Lobe& lobe, BumpShadowing rule, const Vec3& ng, const Vec3&
     term.f_cos *= 1.0f / std::max(pdf_of_light, 1.0f);
   }
   return term;
+}
+
+bool is_of(const Lobe& lobe, LobeWidth width) {
+  return width == LobeWidth::any || is_narrow(lobe) == (width == LobeWidth::narrow);
 }
 
 void add_event(EventShares& shares, LobeKind kind, bool apart, float pdf) {
@@ -322,9 +328,9 @@ void Bsdf::fill_albedo_of_only_lobe() const {
   shares_.albedos_known = true;
 }
 
-template <bool wants_parts>
+template <bool wants_parts, bool by_width>
 BsdfEval Bsdf::eval_lobes(const Vec3& wi_world, const Vec3& wo_world, Transport transport, ReversePdf reverse_pdf,
-                          EvalParts* parts) const {
+                          EvalParts* parts, LobeWidth width) const {
   BsdfEval result;
   if (!has_non_delta_) return result;
   if constexpr (wants_parts) {
@@ -339,7 +345,7 @@ BsdfEval Bsdf::eval_lobes(const Vec3& wi_world, const Vec3& wo_world, Transport 
     const Lobe& lobe = lobes_[i];
     const float share_reverse = count_ > 1 && reverse ? selection(lobe, dot(lobe.n, wo_world)) : 1.0f;
     selected_reverse += share_reverse;
-    if (is_delta(lobe)) continue;
+    if (is_delta(lobe) || (by_width && !is_of(lobe, width))) continue;
     const Term term = eval_term(lobe, bump_shadowing_, ng_world_, ns_world_, wi_world, wo_world, transport, reverse);
     result.f_cos += term.f_cos;
     result.pdf_solid_angle += selected.of[i] * term.pdf;
@@ -365,6 +371,29 @@ BsdfEval Bsdf::eval(const Vec3& wi_world, const Vec3& wo_world, Transport transp
 BsdfEval Bsdf::eval(const Vec3& wi_world, const Vec3& wo_world, Transport transport, ReversePdf reverse_pdf,
                     EvalParts& parts) const {
   return eval_lobes<true>(wi_world, wo_world, transport, reverse_pdf, &parts);
+}
+
+BsdfEval Bsdf::eval(const Vec3& wi_world, const Vec3& wo_world, Transport transport, LobeWidth width,
+                    EvalParts* parts) const {
+  if (parts) return eval_lobes<true, true>(wi_world, wo_world, transport, ReversePdf::yes, parts, width);
+  return eval_lobes<false, true>(wi_world, wo_world, transport, ReversePdf::yes, nullptr, width);
+}
+
+bool Bsdf::has_narrow() const {
+  return has_non_delta_ && std::ranges::any_of(lobes(), [](const Lobe& lobe) { return is_narrow(lobe); });
+}
+
+LobeWidth Bsdf::keep_width(const Vec3& wi_world, Transport transport, BsdfSample& sample, EvalParts* parts) const {
+  const LobeWidth width = is_narrow(lobes_[sample.lobe]) ? LobeWidth::narrow : LobeWidth::wide;
+  const bool alone =
+      std::ranges::all_of(lobes(), [&](const Lobe& lobe) { return is_delta(lobe) || is_of(lobe, width); });
+  if (alone) return width;
+  const BsdfEval kept = eval(wi_world, sample.wo_world, transport, width, parts);
+  sample.weight = kept.pdf_solid_angle > 0.0f ? kept.f_cos * (1.0f / kept.pdf_solid_angle) : Color(0.0f);
+  if (!is_finite(sample.weight)) sample.weight = Color(0.0f);
+  sample.pdf_solid_angle = kept.pdf_solid_angle;
+  sample.pdf_reverse_solid_angle = kept.pdf_reverse_solid_angle;
+  return width;
 }
 
 BsdfSample Bsdf::sample(const Vec3& wi_world, float u_choice, const Vec2& u, Transport transport,
@@ -530,13 +559,13 @@ std::optional<uint8_t> Bsdf::only_event(const Vec3& wi_world, const Vec3& wo_wor
   return only(wi_world, wo_world, [](const Lobe& lobe, bool apart) { return event_of(lobe, apart); });
 }
 
-EventShares Bsdf::event_shares(const Vec3& wi_world, const Vec3& wo_world) const {
+EventShares Bsdf::event_shares(const Vec3& wi_world, const Vec3& wo_world, LobeWidth width) const {
   EventShares result;
   const Shares& selected = shares(wi_world);
   float total = 0.0f;
   for (int i = 0; i < count_; ++i) {
     const Lobe& lobe = lobes_[i];
-    if (is_delta(lobe)) continue;
+    if (is_delta(lobe) || !is_of(lobe, width)) continue;
     const float pdf = selected.of[i] * eval_term(lobe, bump_shadowing_, ng_world_, ns_world_, wi_world, wo_world,
                                                  Transport::radiance, /*reverse=*/false)
                                            .pdf;

@@ -99,6 +99,15 @@ class Bsdf {
   /// ... and its parts.
   BsdfEval eval(const Vec3& wi_world, const Vec3& wo_world, Transport transport, ReversePdf reverse,
                 EvalParts& parts) const;
+  /// ... of the lobes of one width alone; the densities are their part of those of all.
+  BsdfEval eval(const Vec3& wi_world, const Vec3& wo_world, Transport transport, LobeWidth width,
+                EvalParts* parts) const;
+  /// Some lobe is narrow.
+  bool has_narrow() const;
+  /// Makes of a sample of a non-delta lobe one of the lobes of that one's width alone, which with that of the others is
+  /// worth what it was.
+  /// @param parts null, or takes the parts of what is evaluated, `picked` kept
+  LobeWidth keep_width(const Vec3& wi_world, Transport transport, BsdfSample& sample, EvalParts* parts) const;
   /// Picks a lobe by its share of the albedo and samples it; the weight covers all lobes that share wo.
   /// @param u_choice in [0, 1): what the lobe chooses by itself (glass, between its sides)  @param u in [0, 1)²: which
   /// lobe and where to. Fails (event k_scatter_none) if there are no lobes or the sample is absorbed.
@@ -114,7 +123,7 @@ class Bsdf {
   BsdfEval eval_delta(int lobe, const Vec3& wi_world, const Vec3& wo_world, Transport transport) const;
 
   /// Of eval()'s pdf_solid_angle for a pair: what part diffuse, glossy and transmitting lobes have. For limits by kind.
-  EventShares event_shares(const Vec3& wi_world, const Vec3& wo_world) const;
+  EventShares event_shares(const Vec3& wi_world, const Vec3& wo_world, LobeWidth width = LobeWidth::any) const;
 
   /// Of eval()'s f_cos for a pair: what part each class of lobes has, all to glossy where f is 0. For passes.
   ClassShares class_shares(const Vec3& wi_world, const Vec3& wo_world, Transport transport) const;
@@ -157,9 +166,9 @@ class Bsdf {
   std::span<const Lobe> lobes() const { return {lobes_, static_cast<size_t>(count_)}; }
 
  private:
-  template <bool wants_parts>
+  template <bool wants_parts, bool by_width = false>
   BsdfEval eval_lobes(const Vec3& wi_world, const Vec3& wo_world, Transport transport, ReversePdf reverse,
-                      EvalParts* parts) const;
+                      EvalParts* parts, LobeWidth width = LobeWidth::any) const;
   template <bool wants_parts>
   BsdfSample sample_lobes(const Vec3& wi_world, float u_choice, const Vec2& u, Transport transport, ReversePdf reverse,
                           EvalParts* parts) const;

@@ -133,5 +133,7 @@ struct Lobe {
 /// and float directions no longer resolve the lobe. Cycles (3.4) uses the same threshold on alpha_x·alpha_y (1e-7 →
 /// 3e-4).
 inline constexpr float k_delta_alpha = 3.1622776e-4f;
+/// Up to this (of the mean of alpha_x and alpha_y) lobes are LobeWidth::narrow.
+inline constexpr float k_narrow_alpha = 0.3f;
 
 }  // namespace lambent

@@ -34,6 +34,11 @@ inline bool is_delta(const Lobe& lobe) {
   return goes_straight(lobe.kind) || lobe.kind == LobeKind::subsurface ||
          (is_microfacet(lobe.kind) && lobe.alpha_x * lobe.alpha_y <= k_delta_alpha * k_delta_alpha);
 }
+/// LobeWidth::narrow.
+inline bool is_narrow(const Lobe& lobe) {
+  const float alpha2 = lobe.alpha_x * lobe.alpha_y;
+  return is_microfacet(lobe.kind) && alpha2 <= k_narrow_alpha * k_narrow_alpha && alpha2 > k_delta_alpha * k_delta_alpha;
+}
 inline bool is_diffuse(LobeKind kind) { return kind <= LobeKind::translucent; }
 /// Lobes that are no diffuse ones and send light through the surface only.
 inline bool transmits_alone(LobeKind kind) {

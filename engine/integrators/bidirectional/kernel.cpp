@@ -38,6 +38,7 @@ Kernel<profile>::Kernel(const Scene& scene, const IntegratorSettings& settings, 
     : scene_(scene),
       settings_(settings),
       pass_(pass),
+      at_gloss_(pass.set.at_gloss()),
       film_(film),
       plane_(plane),
       walk_(scene, walk_settings(settings, pass)) {
@@ -145,7 +146,8 @@ float Kernel<profile>::emission_weight(LightIndex light, const Vec3& n_light, co
                                        const Vec2& uv, const LightTraits& traits) {
   pdfs_.n = m_;
   if (m_ == 0) return 1.0f;
-  if (!pass_.set.emission) return only_delta_ ? 1.0f : 0.0f;
+  if (!finds_emission()) return 0.0f;
+  if (!pass_.set.emission && gloss_ == 0) return 1.0f;
   if (!traits.hit_by_rays && last_.connectible) return 0.0f;  // found by next event alone
   pdfs_.scatter = last_.pdf_solid_angle;
   pdfs_.next_event = last_.connectible ? scene_.lights().pdf_solid_angle(
@@ -158,7 +160,7 @@ float Kernel<profile>::emission_weight(LightIndex light, const Vec3& n_light, co
                         : cosine * light_walk_density(scene_.lights(), pass_.aim, light, n_light, last_.p_world,
                                                       -direction, distance, &pdfs_.light_conditional);
   pdfs_.light_conditional *= cosine;
-  return weigh(pdfs_, Technique::emission_hit, m_, reach_);
+  return gloss_ > 0 ? weigh_at_gloss(Technique::emission_hit, m_) : weigh(pdfs_, Technique::emission_hit, m_, reach_);
 }
 
 /// What denoisers are given to see has the weights of the path tracer's rays, so that it is the same in all
@@ -286,7 +288,8 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
   events_ = {};
   distance_before_ = 0.0f;
   depended_ = false;
-  only_transparent_ = only_delta_ = true;
+  only_transparent_ = only_sharp_ = true;
+  gloss_ = 0;
   follows_alone_ = false;
   pdfs_.n = 0;
   first_ = region_ = 0;
@@ -374,7 +377,10 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
       pdfs_.flags[i] = k_connectible | light_flags;
       const float to_previous = m_ > 0 && !depended_ ? std::fabs(dot(last_.ng_world, ray.direction)) * per_area : 0.0f;
       const Vec3 normal = light_receiver_normal(bsdf, point.ng_world);
-      const Here here{point, hit, bsdf, normal, i, to_previous, place(hit), numbers};
+      bool gloss = pass_.set.passes_gloss && !follows_alone_ && bsdf.has_narrow();
+      // Light that comes straight to narrow lobes here is none that came so to those before.
+      if (gloss && gloss_ > 0) pdfs_.flags[gloss_] &= static_cast<uint8_t>(~k_connectible);
+      const Here here{point, hit, bsdf, normal, i, to_previous, place(hit), gloss, numbers};
       if (!follows_alone_) join(here, sampler, event_index);
       scattered = sample(bsdf, point.wi_world, numbers);
       if (passes_ && only_transparent_) passes_->sampled(hit, point, bsdf, scattered, parts_.picked);
@@ -402,7 +408,9 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
         previous_per_solid_angle = 0.0f;
         if (passes_) passes_->pass_under();
         here_place = place(hit);
-        const Here there{point, hit, bsdf, receiver_normal, i, previous_per_solid_angle, here_place, exit_numbers};
+        gloss = false;
+        const Here there{point,      hit,   bsdf,        receiver_normal, i, previous_per_solid_angle,
+                         here_place, gloss, exit_numbers};
         join(there, sampler, event_index);
         scattered = sample(bsdf, point.wi_world, exit_numbers);
         u_roulette = exit_numbers.roulette;
@@ -419,10 +427,13 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
                  false, hit.instance,       here_place};
       } else if (!(scattered.event & k_scatter_transparent)) {
         const bool delta = scattered.event & k_scatter_delta;
-        if (!pass_.set.camera_scatters && !delta && !follow_alone(u_roulette)) break;
+        const bool narrow = gloss && !delta && keep_width(bsdf, point.wi_world, scattered) == LobeWidth::narrow;
+        if (!pass_.set.camera_scatters && !delta && !narrow && !follow_alone(u_roulette)) break;
+        if (narrow) gloss_ = i;
+        if (delta && gloss_ > 0) pdfs_.flags[gloss_] |= k_connectible;
         if (i > 1) {
           pdfs_.light[i - 1] = scattered.pdf_reverse_solid_angle * previous_per_solid_angle;
-          if (delta && program.traits().view_dependent && pass_.set.weighted() &&
+          if (delta && program.traits().view_dependent && (pass_.set.weighted() || gloss_ > 0) &&
               !walk_.has_delta_lobe(hit, binding, scattered.wo_world,
                                     bsdf.lobes()[static_cast<size_t>(scattered.lobe)].kind, scratch_))
             pdfs_.light[i - 1] = 0.0f;
@@ -433,7 +444,7 @@ PathEstimate Kernel<profile>::camera_sample(const Sampler& sampler, const Camera
         if (passes_ && !only_transparent_ && !follows_alone_)
           passes_->scattered(hit.instance, bsdf, point.wi_world, scattered, &parts_);
         m_ = i;
-        only_delta_ = only_delta_ && delta;
+        only_sharp_ = only_sharp_ && (delta || narrow);
         last_ = {hit.p_world, point.ng_world, receiver_normal, scattered.pdf_solid_angle,
                  !delta,      hit.instance,   here_place};
       }

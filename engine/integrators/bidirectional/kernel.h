@@ -103,11 +103,21 @@ class Kernel {
     int i;                           ///< its number, x_i
     float previous_per_solid_angle;  ///< cos / d² at x_(i-1)
     int place;                       ///< the guide's leaf of light there
+    bool gloss;                      ///< the walk may go on by narrow lobes (TechniqueSet::passes_gloss)
     const EventNumbers& numbers;
+
+    /// The lobes that light which scattered with a density on its way is joined with.
+    LobeWidth joined() const { return gloss ? LobeWidth::wide : LobeWidth::any; }
+  };
+  /// A light chosen for a vertex, and what its shadow ray showed once that was traced.
+  struct Chosen {
+    const LightSample& light;
+    std::optional<Color> seen_through;
+    bool depended = false;
   };
 
   /// Whether emission that the ray meets counts.
-  bool finds_emission() const { return pass_.set.emission || only_delta_; }
+  bool finds_emission() const { return pass_.set.emission || only_sharp_; }
   /// Whether denoisers are to be told of what the ray meets.
   bool following() const { return passes_ && passes_->following(); }
   float emission_weight(LightIndex light, const Vec3& n_light, const Vec3& direction, float distance, const Vec2& uv,
@@ -155,12 +165,12 @@ class Kernel {
   /// Joins the vertex to lights, light walks and photons, as far as the techniques do.
   void join(const Here& here, const Sampler& sampler, uint32_t event_index);
   /// Of the camera walk's surface; where passes have a use for them parts_ too.
-  BsdfEval eval(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world) {
-    if (passes_) {
-      parts_.clear();
-      if (passes_->wants_eval_parts(bsdf))
-        return bsdf.eval(wi_world, wo_world, Transport::radiance, ReversePdf::yes, parts_);
-    }
+  BsdfEval eval(const Bsdf& bsdf, const Vec3& wi_world, const Vec3& wo_world, LobeWidth width = LobeWidth::any) {
+    if (passes_) parts_.clear();
+    const bool wants_parts = passes_ && passes_->wants_eval_parts(bsdf);
+    if (width != LobeWidth::any)
+      return bsdf.eval(wi_world, wo_world, Transport::radiance, width, wants_parts ? &parts_ : nullptr);
+    if (wants_parts) return bsdf.eval(wi_world, wo_world, Transport::radiance, ReversePdf::yes, parts_);
     return bsdf.eval(wi_world, wo_world, Transport::radiance);
   }
   BsdfSample sample(const Bsdf& bsdf, const Vec3& wi_world, const EventNumbers& numbers) {
@@ -173,7 +183,13 @@ class Kernel {
     }
     return bsdf.sample(wi_world, numbers.lobe, numbers.direction, Transport::radiance);
   }
+  /// Bsdf::keep_width, for passes too.
+  LobeWidth keep_width(const Bsdf& bsdf, const Vec3& wi_world, BsdfSample& sample) {
+    const bool wants_parts = passes_ && passes_->wants_sample_parts(bsdf);
+    return bsdf.keep_width(wi_world, Transport::radiance, sample, wants_parts ? &parts_ : nullptr);
+  }
   void next_event(const Here& here);
+  void next_event(const Here& here, Chosen& chosen, LobeWidth width);
   void connect(const Here& here, const LightWalk& walk, float scale);
   void connect_to_pool(const Here& here, const Sampler& sampler, uint32_t event_index);
   /// Returns what it adds.
@@ -195,6 +211,10 @@ class Kernel {
                     const LightScatter& scatter) const;
   float weigh(PathPdfs& pdfs, Technique technique, int vertex, const MergeReach& reach) const {
     return pass_.set.weighted() ? path_weight(pdfs, pass_.set, pass_.counts, reach, technique, vertex) : 1.0f;
+  }
+  /// Of light that comes straight, or through delta events alone, to the narrow lobes of x_m, of the camera walk.
+  float weigh_at_gloss(Technique technique, int vertex) {
+    return path_weight(pdfs_, at_gloss_, pass_.counts, reach_, technique, vertex);
   }
   MergeReach reach_at(const Vec3& p_first_hit) const;
   /// Whether what needs a shadow ray will lose its roulette, which goes by contribution times weight: known before the
@@ -222,6 +242,7 @@ class Kernel {
   const Scene& scene_;
   const IntegratorSettings& settings_;
   const Pass& pass_;
+  const TechniqueSet at_gloss_;
   Film& film_;
   const int plane_;
   RayCounts counts_;
@@ -256,7 +277,9 @@ class Kernel {
   EventSequence events_;          ///< at x_1 ... x_m; with an observer, while a technique works, also of what it joins
   float distance_before_ = 0.0f;  ///< from x_m to the present ray's origin, through transparent surfaces
   bool depended_ = false;         ///< one of these depends on the camera's path: no light walk passes it
-  bool only_transparent_ = true, only_delta_ = true;
+  bool only_transparent_ = true;
+  bool only_sharp_ = true;          ///< it scattered by deltas, and by narrow lobes where walks pass gloss, alone
+  int gloss_ = 0;                   ///< number of the last vertex whose narrow lobes it went on by; 0: none
   bool follows_alone_ = false;      ///< what denoisers are to see is all that the walk still finds
   bool connections_known_ = false;  ///< pdfs_.connections and lens_pdfs_'s may differ from 1
 };

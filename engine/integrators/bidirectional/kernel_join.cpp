@@ -29,14 +29,14 @@ uint32_t scattered_kind(const Bsdf& bsdf) {
 template <KernelProfile profile>
 void Kernel<profile>::note_place(const Here& here) {
   if (!pass_.guided()) {
-    if (only_delta_) first_ = here.i;
+    if (only_sharp_) first_ = here.i;
     return;
   }
   if (here.i > 1)
-    pdfs_.connections[here.i - 1] = only_delta_            ? 1.0f  // that vertex does not connect
+    pdfs_.connections[here.i - 1] = only_sharp_            ? 1.0f  // that vertex does not connect
                                     : here.i - 1 == first_ ? connections(true, region_, here.place)
                                                            : later_connections(last_.place, here.place);
-  if (!only_delta_) return;
+  if (!only_sharp_) return;
   first_ = here.i;
   region_ = pass_.guide->region_at(here.hit);
 }
@@ -66,26 +66,34 @@ void Kernel<profile>::next_event(const Here& here) {
   if (!light || !(light.pdf_solid_angle > 0.0f) || bounces_.total > light.traits->max_bounces ||
       !scene_.reaches(light.traits->linked.receivers, here.hit.instance))
     return;
-  BsdfEval scattered = eval(here.bsdf, here.point.wi_world, light.direction_world);
+  Chosen chosen{light, std::nullopt};
+  next_event(here, chosen, here.joined());
+  if (here.gloss) next_event(here, chosen, LobeWidth::narrow);
+}
+
+/// By the lobes of one width.
+template <KernelProfile profile>
+void Kernel<profile>::next_event(const Here& here, Chosen& chosen, LobeWidth width) {
+  const LightSet& lights = scene_.lights();
+  const LightSample& light = chosen.light;
+  BsdfEval scattered = eval(here.bsdf, here.point.wi_world, light.direction_world, width);
   if (light.traits->hidden_from & k_visible_scattered)
     scattered.f_cos *= share_that_sees(here.bsdf, here.point.wi_world, light.direction_world, light.traits->hidden_from,
-                                       lights.kind(light.light) == LightKind::triangle);
+                                       lights.kind(light.light) == LightKind::triangle, width);
   if (is_black(scattered.f_cos)) return;
   PathCounts seen_as = path_counts();
   ++seen_as.depth;  // as a ray that goes on from here
   const Color radiance = scene_.sample_radiance(light, seen_as);
   Color contribution = throughput_ * scattered.f_cos * radiance * (1.0f / light.pdf_solid_angle);
   if (is_black(contribution)) return;
-  bool depended = false;
   const auto seen = [&] {
-    return visibility(shadow_ray(scene_, here.hit, light), k_ray_shadow, bounces_.transparent, &depended,
-                      light.traits->linked.blockers);
+    if (!chosen.seen_through)
+      chosen.seen_through = visibility(shadow_ray(scene_, here.hit, light), k_ray_shadow, bounces_.transparent,
+                                       &chosen.depended, light.traits->linked.blockers);
+    return *chosen.seen_through;
   };
-  std::optional<Color> seen_through;  // the shadow ray's answer, once known
-  if (passes_ && passes_->receiving()) {
-    seen_through = light.traits->shadows ? seen() : Color(1.0f);
-    passes_->received(contribution * *seen_through, contribution);
-  }
+  if (passes_ && passes_->receiving())
+    passes_->received(light.traits->shadows ? contribution * seen() : contribution, contribution);
 
   if (light.traits->shadows && loses_at_any_weight(contribution, here.numbers.shadow_roulette)) return;
 
@@ -93,8 +101,13 @@ void Kernel<profile>::next_event(const Here& here) {
   const bool triangle = lights.kind(light.light) == LightKind::triangle;
   const Vec3 n_light =
       triangle && dot(light.n_light_world, light.direction_world) > 0.0f ? -light.n_light_world : light.n_light_world;
+  const bool weighted = pass_.set.weighted() || width == LobeWidth::narrow;
+  const auto weigh_it = [&] {
+    return width == LobeWidth::narrow ? weigh_at_gloss(Technique::next_event, here.i)
+                                      : weigh(pdfs_, Technique::next_event, here.i, reach_);
+  };
   float weight = 1.0f;
-  if (pass_.set.weighted()) {
+  if (weighted) {
     pdfs_.n = here.i;
     set_scatter(here, scattered);
     pdfs_.next_event = light.pdf_solid_angle;
@@ -108,7 +121,7 @@ void Kernel<profile>::next_event(const Here& here) {
             : cosine * light_walk_density(lights, pass_.aim, light.light, n_light, here.hit.p_world,
                                           -light.direction_world, light.distance_m, &pdfs_.light_conditional);
     pdfs_.light_conditional *= cosine;
-    weight = weigh(pdfs_, Technique::next_event, here.i, reach_);
+    weight = weigh_it();
   }
   if (!(weight > 0.0f)) return;
   if (light.traits->shadows) {
@@ -117,11 +130,11 @@ void Kernel<profile>::next_event(const Here& here) {
       if (here.numbers.shadow_roulette >= survival) return;
       contribution /= survival;
     }
-    contribution *= seen_through ? *seen_through : seen();
+    contribution *= seen();
     if (is_black(contribution)) return;
-    if (depended && pass_.set.weighted()) {
+    if (chosen.depended && weighted) {
       pdfs_.light[here.i] = 0.0f;
-      weight = weigh(pdfs_, Technique::next_event, here.i, reach_);
+      weight = weigh_it();
     }
   }
   pdfs_.n = here.i;
@@ -178,7 +191,7 @@ Color Kernel<profile>::connect(const Here& here, const LightWalk& walk, const Li
   const float distance = length(offset);
   if (!(distance > 0.0f)) return Color(0.0f);
   const Vec3 direction = offset * (1.0f / distance);
-  const BsdfEval scattered = eval(here.bsdf, here.point.wi_world, direction);
+  const BsdfEval scattered = eval(here.bsdf, here.point.wi_world, direction, here.joined());
   if (is_black(scattered.f_cos) || !(scattered.pdf_solid_angle > 0.0f)) return Color(0.0f);
   const bool near = limits_are_near(settings_.bounces, before, vertex.counts, 1 + counted_at_light);
   LightScatter at_light;
@@ -187,7 +200,7 @@ Color Kernel<profile>::connect(const Here& here, const LightWalk& walk, const Li
   const float per_area = inverse_square(distance);
   Color contribution = throughput_ * scattered.f_cos * at_light.f_cos * vertex.throughput * (per_area * scale);
   if (near) {
-    const EventShares at_camera = here.bsdf.event_shares(here.point.wi_world, direction);
+    const EventShares at_camera = here.bsdf.event_shares(here.point.wi_world, direction, here.joined());
     contribution *= share_within_limits(settings_.bounces, before, vertex.counts, &at_camera,
                                         counted_at_light ? &at_light.shares : nullptr);
   }
@@ -250,11 +263,11 @@ void Kernel<profile>::merge(const Here& here, const Sampler& sampler, uint32_t e
   const PhotonMap& photons = *pass_.photons;
   const bool grazes = any_without_cosine(here.bsdf);
   const float radius = std::sqrt(reach_.area * k_inv_pi), reach = grazes ? k_longest_reach * radius : radius;
-  const EventCounts before = counts();
-  const Vec3& ng = here.point.ng_world;
   const float u = sampler.get_1d(bounce_dimension(event_index, k_dimension_connection));
   const float per_photon = 1.0f / (reach_.area * static_cast<float>(photons.paths()));
-  photons.query(here.hit.p_world, reach, k_most_photons, u, [&](const Photon& photon, float scale) {
+  const EventCounts before = counts();
+  const Vec3& ng = here.point.ng_world;
+  const auto merge_with = [&](const Photon& photon, float scale, LobeWidth width) {
     const PhotonRecord* record = &photons.record(photon.record);
     const int depth = record->depth, n = here.i + depth - 1;
     if (n - 1 > settings_.bounces.total) return;
@@ -274,21 +287,21 @@ void Kernel<profile>::merge(const Here& here, const Sampler& sampler, uint32_t e
       if (!(length_squared(offset) - sqr(dot(offset, wi)) < sqr(radius))) return;
       per_cosine = 1.0f / reach_across(std::fabs(cos_light));
     }
-    const BsdfEval scattered = eval(here.bsdf, here.point.wi_world, wi);
+    const BsdfEval scattered = eval(here.bsdf, here.point.wi_world, wi, width);
     if (is_black(scattered.f_cos) || !(scattered.pdf_solid_angle > 0.0f)) return;
     Color contribution = throughput_ * scattered.f_cos * photon.flux.unpack() * (scale * per_photon * per_cosine);
     const EventCounts light_side{std::max(depth - 2, 0), record->counts.diffuse, record->counts.glossy,
                                  record->counts.transmission, record->counts.transparent};
     const int counted = depth >= 2 ? 1 : 0;
     if (limits_are_near(settings_.bounces, before, light_side, counted)) {
-      const EventShares shares = here.bsdf.event_shares(here.point.wi_world, wi);
+      const EventShares shares = here.bsdf.event_shares(here.point.wi_world, wi, width);
       contribution *= share_within_limits(settings_.bounces, before, light_side, counted ? &shares : nullptr, nullptr);
       if (is_black(contribution)) return;
     }
 
     pdfs_.n = n;
     float weight = 1.0f;
-    if (pass_.set.weighted()) {
+    if (pass_.set.weighted() || width == LobeWidth::narrow) {
       pdfs_.reserve(n);
       set_scatter(here, scattered);
       pdfs_.light[here.i] = record->own;
@@ -314,7 +327,8 @@ void Kernel<profile>::merge(const Here& here, const Sampler& sampler, uint32_t e
                       : depth > 1                            ? record->other
                                                              : scattered.pdf_solid_angle;
       pdfs_.light_conditional = depth > 1 ? record->previous_per_solid_angle : conditional;
-      weight = weigh(pdfs_, Technique::merging, here.i, reach_);
+      weight = width == LobeWidth::narrow ? weigh_at_gloss(Technique::merging, here.i)
+                                          : weigh(pdfs_, Technique::merging, here.i, reach_);
     }
     if (!(weight > 0.0f)) return;
     const EventSequence walked = events_;
@@ -333,6 +347,12 @@ void Kernel<profile>::merge(const Here& here, const Sampler& sampler, uint32_t e
     light_events.append_packed(passes_->wants_events() ? photons.events(photon.record) : 0, depth - 1);
     passes_->joined(added, here.hit.instance, here.bsdf, here.point.wi_world, wi, Technique::merging, light_events,
                     scene_.source_of(light), scene_.lights().traits(light).group, nullptr, &parts_);
+  };
+  photons.query(here.hit.p_world, reach, k_most_photons, u, [&](const Photon& photon, float scale) {
+    for (LobeWidth width = here.joined();; width = LobeWidth::narrow) {
+      merge_with(photon, scale, width);
+      if (!here.gloss || width == LobeWidth::narrow || !photons.came_straight(photon)) break;
+    }
   });
 }
 
@@ -340,6 +360,7 @@ void Kernel<profile>::merge(const Here& here, const Sampler& sampler, uint32_t e
 template void Kernel<KernelProfile::solid>::join(const Here&, const Sampler&, uint32_t);
 template void Kernel<KernelProfile::solid>::note_place(const Here&);
 template void Kernel<KernelProfile::solid>::next_event(const Here&);
+template void Kernel<KernelProfile::solid>::next_event(const Here&, Chosen&, LobeWidth);
 template void Kernel<KernelProfile::solid>::connect(const Here&, const LightWalk&, float);
 template void Kernel<KernelProfile::solid>::connect_to_pool(const Here&, const Sampler&, uint32_t);
 template Color Kernel<KernelProfile::solid>::connect(const Here&, const LightWalk&, const LightVertex&, float, float);
@@ -347,6 +368,7 @@ template void Kernel<KernelProfile::solid>::merge(const Here&, const Sampler&, u
 template void Kernel<KernelProfile::surfaces>::join(const Here&, const Sampler&, uint32_t);
 template void Kernel<KernelProfile::surfaces>::note_place(const Here&);
 template void Kernel<KernelProfile::surfaces>::next_event(const Here&);
+template void Kernel<KernelProfile::surfaces>::next_event(const Here&, Chosen&, LobeWidth);
 template void Kernel<KernelProfile::surfaces>::connect(const Here&, const LightWalk&, float);
 template void Kernel<KernelProfile::surfaces>::connect_to_pool(const Here&, const Sampler&, uint32_t);
 template Color Kernel<KernelProfile::surfaces>::connect(const Here&, const LightWalk&, const LightVertex&, float,

@@ -92,6 +92,7 @@ class Pilot {
     settings_.bounces.total = std::clamp(settings.bounces.total, 0, k_most_bounces);
     // What merging brings stands for all that light walks bring.
     pass_.set = set.weighted() ? set : k_techniques_ppm;
+    pass_.set.passes_gloss = set.passes_gloss;
     pass_.set.connections = pass_.set.shared_lights = pass_.set.light_tracing = false;
     pass_.set.merging = true;
     pass_.set.first_merge_camera = pass_.set.first_merge_light = 1;

@@ -133,6 +133,39 @@ TEST(PhotonMap, finds_exactly_the_photons_within_the_radius) {
   }
 }
 
+TEST(PhotonMap, knows_whether_a_photon_came_straight_from_the_light_or_by_deltas_alone) {
+  // Walks whose events at depths 1, 2 ... had a density (1) or were deltas (0); the last depth is the photon's own.
+  const std::vector<std::pair<std::vector<int>, bool>> walks{{{1}, true},       {{0}, true},     {{0, 1}, true},
+                                                             {{0, 0, 1}, true}, {{1, 0}, false}, {{0, 1, 0}, false},
+                                                             {{1, 1}, false}};
+  for (const auto& [events, straight] : walks) {
+    PhotonBatch batch;
+    batch.records.emplace_back();
+    for (size_t i = 0; i < events.size(); ++i) {
+      PhotonRecord record;
+      record.depth = static_cast<uint16_t>(i + 1);
+      if (events[i]) record.flags = k_record_connectible;
+      if (i > 0) {  // a way that the walk did not take lies between: of transparent surfaces
+        PhotonRecord other = record;
+        other.flags ^= k_record_connectible;
+        batch.records.insert(batch.records.end(), 1, other);
+      }
+      batch.records.push_back(record);
+    }
+    batch.photons.push_back({Vec3(0.5f), pack_direction(Vec3(0, 0, 1)), PackedColor::of(Color(1.0f)),
+                             pack_direction(Vec3(0, 0, 1)), static_cast<uint32_t>(batch.records.size() - 1)});
+    PhotonBatch* const one[] = {&batch};
+    PhotonMap map;
+    map.build(one, 0.1f, k_bounds, 1, 1);
+    int seen = 0;
+    map.query(Vec3(0.5f), 0.1f, 16, 0.0f, [&](const Photon& photon, float) {
+      ++seen;
+      EXPECT_EQ(map.came_straight(photon), straight) << events.size();
+    });
+    EXPECT_EQ(seen, 1);
+  }
+}
+
 TEST(PhotonMap, a_cap_keeps_the_expected_sum) {
   std::vector<PhotonBatch> batches = random_batches(3, 3000, 6);
   PhotonMap map;

@@ -37,7 +37,8 @@ inline bool is_delta(const Lobe& lobe) {
 /// LobeWidth::narrow.
 inline bool is_narrow(const Lobe& lobe) {
   const float alpha2 = lobe.alpha_x * lobe.alpha_y;
-  return is_microfacet(lobe.kind) && alpha2 <= k_narrow_alpha * k_narrow_alpha && alpha2 > k_delta_alpha * k_delta_alpha;
+  return is_microfacet(lobe.kind) && alpha2 <= k_narrow_alpha * k_narrow_alpha &&
+         alpha2 > k_delta_alpha * k_delta_alpha;
 }
 inline bool is_diffuse(LobeKind kind) { return kind <= LobeKind::translucent; }
 /// Lobes that are no diffuse ones and send light through the surface only.

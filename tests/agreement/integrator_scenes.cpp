@@ -541,7 +541,7 @@ std::vector<IntegratorCase> linking_cases() {
 
 std::vector<IntegratorCase> integrator_cases() {
   std::vector<IntegratorCase> cases;
-  for (auto list : {light_cases, camera_cases, lobe_cases, surface_cases, limit_cases, linking_cases})
+  for (auto list : {light_cases, camera_cases, lobe_cases, surface_cases, gloss_cases, limit_cases, linking_cases})
     for (IntegratorCase& one : list()) cases.push_back(std::move(one));
   return cases;
 }

@@ -24,6 +24,8 @@ std::vector<IntegratorCase> light_cases();
 std::vector<IntegratorCase> camera_cases();
 std::vector<IntegratorCase> lobe_cases();
 std::vector<IntegratorCase> surface_cases();
+/// Narrow gloss (LobeWidth), by which camera walks of VPL and PPM go on, under all that may light it.
+std::vector<IntegratorCase> gloss_cases();
 std::vector<IntegratorCase> limit_cases();
 /// Light and shadow linking.
 std::vector<IntegratorCase> linking_cases();

@@ -195,4 +195,44 @@ std::vector<IntegratorCase> surface_cases() {
   return cases;
 }
 
+std::vector<IntegratorCase> gloss_cases() {
+  std::vector<IntegratorCase> cases;
+  const auto add = [&](const std::string& name, SceneMaker maker) {
+    cases.push_back({"gloss_" + name, std::move(maker), {"VPL", "PPM"}});
+  };
+  const auto over_diffuse = [](float roughness) {
+    return combined("MixShader", diffuse(Color(0.8f, 0.5f, 0.3f)), glossy(roughness));
+  };
+  add("floor", lit_corridor(glossy(0.2f)));
+  add("everywhere", lit_corridor(glossy(0.3f), glossy(0.3f)));
+  add("over_diffuse", lit_corridor(over_diffuse(0.2f), over_diffuse(0.3f)));
+  add("of_two_widths", lit_corridor(combined("MixShader", glossy(0.25f), glossy(0.8f)), over_diffuse(0.3f)));
+  add("before_mirrors", lit_corridor(glossy(0.3f), glossy(0.0f)));
+  add("with_a_mirror", lit_corridor(combined("MixShader", glossy(0.3f), glossy(0.0f)), over_diffuse(0.3f)));
+  add("of_glass", lit_corridor(glass(0.3f), over_diffuse(0.3f)));
+  // Lights that no ray meets, and some that next events hardly find.
+  SceneMaker points = corridor(glossy(0.3f), over_diffuse(0.3f));
+  points.light("p", lamp(LightType::point, 60.0f), k_above);
+  points.light("s", lamp(LightType::sun, 0.5f), aimed({1, 1, 3}, {0, 0, 0}));
+  add("under_point_and_sun", points);
+  SceneMaker world = corridor(glossy(0.2f), over_diffuse(0.3f));
+  add("under_a_world", world.world(uneven_world()));
+  SceneMaker even = corridor(over_diffuse(0.2f), glossy(0.3f));
+  add("under_an_even_world", even.world(background(Color(0.4f, 0.5f, 0.6f))));
+  SceneMaker mesh = corridor(over_diffuse(0.2f), over_diffuse(0.3f));
+  mesh.material("e", emission(Color(1.0f, 0.8f, 0.6f), 6.0f));
+  quad(mesh, "e", {-0.5f, 2.0f, -2.5f}, {0.5f, 2.0f, -2.5f}, {0.5f, 2.0f, -1.5f}, "e");
+  add("under_a_mesh", mesh);
+  for (const int limit : {1, 2}) {
+    SceneMaker limited = lit_corridor(over_diffuse(0.2f), over_diffuse(0.3f));
+    limited.settings.glossy_bounces = limit;
+    limited.settings.diffuse_bounces = 2 - limit;
+    add("limited_" + std::to_string(limit), limited);
+    SceneMaker total = lit_corridor(over_diffuse(0.2f), glossy(0.3f));
+    total.settings.max_bounces = limit;
+    add("limited_in_all_" + std::to_string(limit), total);
+  }
+  return cases;
+}
+
 }  // namespace lambent::test

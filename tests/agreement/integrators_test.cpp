@@ -5,7 +5,10 @@
 // the means' ratios with their standard errors.
 #include <gtest/gtest.h>
 
+#include <numeric>
+
 #include "tests/agreement/batches.h"
+#include "tests/agreement/integrator_scene_parts.h"
 #include "tests/agreement/integrator_scenes.h"
 
 namespace lambent::test {
@@ -42,6 +45,45 @@ TEST_P(Integrators, agree_with_the_path_tracer) {
     expect_same(render_batches(maker, one.integrators[i], k_batches, 2000 + 100 * static_cast<uint32_t>(i)), reference,
                 comparisons(), one.name + " " + one.integrators[i]);
   }
+}
+
+// What no ray from the camera meets, and next events do not find either: photons that came by deltas alone bring it to
+// narrow lobes.
+TEST(Gloss, shows_photon_mapping_a_point_lamp_in_mirrors) {
+  SceneMaker maker = corridor(glossy(0.3f), glossy(0.0f));
+  maker.light("p", lamp(LightType::point, 60.0f), k_above);
+  maker.settings.samples = 8;
+  const BatchMeans reference = render_batches(maker, "BPT", k_batches, 1000);
+  expect_same(render_batches(maker, "PPM", k_batches, 2000), reference, k_parts, "PPM");
+  // The path tracer has less: the test sees the mirrors.
+  const BatchMeans direct = render_batches(maker, "PT", k_batches, 3000);
+  const auto mean_of = [](const std::vector<double>& values) {
+    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+  };
+  int darker = 0;
+  for (size_t part = 0; part < 16; ++part)
+    darker += mean_of(direct.values[part]) < 0.8 * mean_of(reference.values[part]);
+  EXPECT_GE(darker, 4);
+}
+
+// Where all light walks are joined with narrow lobes, noise is some hundred times that of a ray (PPM 758, VPL 578
+// here).
+TEST(Gloss, is_about_as_noisy_as_in_the_path_tracer) {
+  SceneMaker maker = lit_corridor(glossy(0.1f));
+  maker.settings.samples = 4;
+  const auto noise = [&](const char* integrator) {
+    const BatchMeans found = render_batches(maker, integrator, k_batches, 1000);
+    double sum = 0.0;
+    for (size_t part = 0; part < 16; ++part) {
+      const std::vector<double>& values = found.values[part];
+      const double mean = std::accumulate(values.begin(), values.end(), 0.0) / k_batches;
+      for (const double value : values) sum += (value - mean) * (value - mean);
+    }
+    return sum;
+  };
+  const double reference = noise("PT");
+  EXPECT_LT(noise("PPM"), 10.0 * reference);
+  EXPECT_LT(noise("VPL"), 10.0 * reference);
 }
 
 INSTANTIATE_TEST_SUITE_P(, Integrators, testing::Range(size_t{0}, cases().size()),

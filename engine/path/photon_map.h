@@ -68,13 +68,18 @@ class PhotonMap {
     if (candidates == 0) return;
     const size_t step = candidates > most ? (candidates + most - 1) / most : 1;
     size_t skip = step > 1 ? std::min(static_cast<size_t>(u * static_cast<float>(step)), step - 1) : 0;
+    // Each is visited once the next is found, so that its record, which may lie anywhere, has come by then.
+    const Photon* found = nullptr;
     const auto visit_run = [&](const Run& run) {
       size_t i = run.begin + skip;
       for (; i < run.end; i += step) {
         const Photon& photon = photons_[i];
         // Several cells may share a bucket: a photon counts for its own.
-        if (length_squared(photon.p_world - p) < radius_squared && cell_of(photon.p_world) == run.cell)
-          visit(photon, static_cast<float>(step));
+        if (!(length_squared(photon.p_world - p) < radius_squared) || !(cell_of(photon.p_world) == run.cell)) continue;
+        __builtin_prefetch(&records_[photon.record]);
+        if (!events_.empty()) __builtin_prefetch(&events_[photon.record]);
+        if (found) visit(*found, static_cast<float>(step));
+        found = &photon;
       }
       skip = i - run.end;
     };
@@ -82,6 +87,7 @@ class PhotonMap {
       std::for_each_n(kept.begin(), runs, visit_run);
     else
       for_each_cell(visit_run);
+    if (found) visit(*found, static_cast<float>(step));
   }
 
  private:

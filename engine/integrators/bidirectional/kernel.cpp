@@ -160,7 +160,7 @@ float Kernel<profile>::emission_weight(LightIndex light, const Vec3& n_light, co
                         : cosine * light_walk_density(scene_.lights(), pass_.aim, light, n_light, last_.p_world,
                                                       -direction, distance, &pdfs_.light_conditional);
   pdfs_.light_conditional *= cosine;
-  return gloss_ > 0 ? weigh_at_gloss(Technique::emission_hit, m_) : weigh(pdfs_, Technique::emission_hit, m_, reach_);
+  return weigh(pdfs_, Technique::emission_hit, m_, reach_, gloss_ > 0 ? LobeWidth::narrow : LobeWidth::any);
 }
 
 /// What denoisers are given to see has the weights of the path tracer's rays, so that it is the same in all

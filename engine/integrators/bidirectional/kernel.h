@@ -209,12 +209,13 @@ class Kernel {
   /// Appends a light walk's densities: `vertex` becomes x_index, those nearer to the light follow.
   void append_light(PathPdfs& pdfs, int index, const LightWalk& walk, const LightVertex& vertex,
                     const LightScatter& scatter) const;
-  float weigh(PathPdfs& pdfs, Technique technique, int vertex, const MergeReach& reach) const {
+  /// Whether weigh() looks at the path.
+  bool weighted(LobeWidth width) const { return pass_.set.weighted() || width == LobeWidth::narrow; }
+  /// @param width narrow: of light that comes straight, or by deltas alone, to such lobes (TechniqueSet::at_gloss)
+  float weigh(PathPdfs& pdfs, Technique technique, int vertex, const MergeReach& reach,
+              LobeWidth width = LobeWidth::any) const {
+    if (width == LobeWidth::narrow) return path_weight(pdfs, at_gloss_, pass_.counts, reach, technique, vertex);
     return pass_.set.weighted() ? path_weight(pdfs, pass_.set, pass_.counts, reach, technique, vertex) : 1.0f;
-  }
-  /// Of light that comes straight, or through delta events alone, to the narrow lobes of x_m, of the camera walk.
-  float weigh_at_gloss(Technique technique, int vertex) {
-    return path_weight(pdfs_, at_gloss_, pass_.counts, reach_, technique, vertex);
   }
   MergeReach reach_at(const Vec3& p_first_hit) const;
   /// Whether what needs a shadow ray will lose its roulette, which goes by contribution times weight: known before the

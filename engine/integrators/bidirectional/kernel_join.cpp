@@ -101,13 +101,8 @@ void Kernel<profile>::next_event(const Here& here, Chosen& chosen, LobeWidth wid
   const bool triangle = lights.kind(light.light) == LightKind::triangle;
   const Vec3 n_light =
       triangle && dot(light.n_light_world, light.direction_world) > 0.0f ? -light.n_light_world : light.n_light_world;
-  const bool weighted = pass_.set.weighted() || width == LobeWidth::narrow;
-  const auto weigh_it = [&] {
-    return width == LobeWidth::narrow ? weigh_at_gloss(Technique::next_event, here.i)
-                                      : weigh(pdfs_, Technique::next_event, here.i, reach_);
-  };
   float weight = 1.0f;
-  if (weighted) {
+  if (weighted(width)) {
     pdfs_.n = here.i;
     set_scatter(here, scattered);
     pdfs_.next_event = light.pdf_solid_angle;
@@ -121,7 +116,7 @@ void Kernel<profile>::next_event(const Here& here, Chosen& chosen, LobeWidth wid
             : cosine * light_walk_density(lights, pass_.aim, light.light, n_light, here.hit.p_world,
                                           -light.direction_world, light.distance_m, &pdfs_.light_conditional);
     pdfs_.light_conditional *= cosine;
-    weight = weigh_it();
+    weight = weigh(pdfs_, Technique::next_event, here.i, reach_, width);
   }
   if (!(weight > 0.0f)) return;
   if (light.traits->shadows) {
@@ -132,9 +127,9 @@ void Kernel<profile>::next_event(const Here& here, Chosen& chosen, LobeWidth wid
     }
     contribution *= seen();
     if (is_black(contribution)) return;
-    if (chosen.depended && weighted) {
+    if (chosen.depended && weighted(width)) {
       pdfs_.light[here.i] = 0.0f;
-      weight = weigh_it();
+      weight = weigh(pdfs_, Technique::next_event, here.i, reach_, width);
     }
   }
   pdfs_.n = here.i;
@@ -301,7 +296,7 @@ void Kernel<profile>::merge(const Here& here, const Sampler& sampler, uint32_t e
 
     pdfs_.n = n;
     float weight = 1.0f;
-    if (pass_.set.weighted() || width == LobeWidth::narrow) {
+    if (weighted(width)) {
       pdfs_.reserve(n);
       set_scatter(here, scattered);
       pdfs_.light[here.i] = record->own;
@@ -327,8 +322,7 @@ void Kernel<profile>::merge(const Here& here, const Sampler& sampler, uint32_t e
                       : depth > 1                            ? record->other
                                                              : scattered.pdf_solid_angle;
       pdfs_.light_conditional = depth > 1 ? record->previous_per_solid_angle : conditional;
-      weight = width == LobeWidth::narrow ? weigh_at_gloss(Technique::merging, here.i)
-                                          : weigh(pdfs_, Technique::merging, here.i, reach_);
+      weight = weigh(pdfs_, Technique::merging, here.i, reach_, width);
     }
     if (!(weight > 0.0f)) return;
     const EventSequence walked = events_;

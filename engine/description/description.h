@@ -48,6 +48,7 @@ struct Graph {
   std::vector<int> aovs;            ///< OutputAOV nodes: what shader AOV passes read
   int cycles_version = 304;         ///< whose rules shaders follow: 100 · major + minor
   bool bump_map_correction = true;  ///< bumped diffuse surfaces darken towards the smooth surface's terminator
+  bool transparent_shadow = true;   ///< surfaces: shadow rays go through what is transparent
   DisplacementMethod displacement_method = DisplacementMethod::bump;
 };
 

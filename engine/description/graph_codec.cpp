@@ -126,6 +126,7 @@ void read_graph(FieldReader& reader, Graph& graph) {
   }
   reader.integer("cycles_version", graph.cycles_version, 0, 10000);
   reader.boolean("bump_map_correction", graph.bump_map_correction);
+  reader.boolean("transparent_shadow", graph.transparent_shadow);
   reader.choice("displacement_method", graph.displacement_method, k_displacement_methods);
   reader.group("outputs", [&](FieldReader& outputs) {
     read_output(outputs, "surface", count, graph.surface);
@@ -188,6 +189,7 @@ Json encode_graph(const Graph& graph) {
   Json encoded = {{"nodes", std::move(nodes)}, {"outputs", std::move(outputs)}};
   if (graph.cycles_version != Graph().cycles_version) encoded["cycles_version"] = graph.cycles_version;
   if (!graph.bump_map_correction) encoded["bump_map_correction"] = false;
+  if (!graph.transparent_shadow) encoded["transparent_shadow"] = false;
   if (graph.displacement_method != DisplacementMethod::bump)
     encoded["displacement_method"] = k_displacement_methods[static_cast<size_t>(graph.displacement_method)].first;
   return encoded;

@@ -37,6 +37,7 @@ inline Graph full_graph() {
   graph.surface = Link{2, "Color"};
   graph.displacement = Link{1, "Fac"};
   graph.displacement_method = DisplacementMethod::both;
+  graph.transparent_shadow = false;
   graph.volume = Link{0, "Color"};
   return graph;
 }

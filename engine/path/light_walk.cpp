@@ -201,6 +201,7 @@ void LightWalk::trace(const Sampler& sampler, float time) {
     const uint32_t visible = mask_at(2);
     if (sampled.event & k_scatter_transparent) {
       if (passes) return;  // counted above, for all of the light
+      if (depth == 1 && !lets_through(program.traits(), k_ray_shadow)) return;
       counts.add(sampled.event);
       if (counts.transparent > settings_.transparent) return;
       throughput *= sampled.weight;

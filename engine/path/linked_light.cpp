@@ -16,7 +16,7 @@ Color linked_transmittance(const Scene& scene, const Ray& ray, uint8_t blockers,
     const SurfaceHit surface = scene.geometry().surface(hit);
     if (scene.blocks(blockers, surface.instance)) {
       const SurfaceBinding& binding = scene.binding(surface.instance, surface.material_slot);
-      if (!binding.program->traits().may_be_transparent || ++transparent > limit) return Color(0.0f);
+      if (!lets_through(binding.program->traits(), counts.ray_kind) || ++transparent > limit) return Color(0.0f);
       ShadingPoint point;
       scene.fill_shading_point(surface, binding, wi, hit.t * length(rest.direction), {}, counts, point);
       transmittance *= binding.program->transparency(point, scene.textures());

@@ -32,7 +32,7 @@ Color segment_transmittance(const Scene& scene, const Ray& ray, const PathCounts
       if (++surfaces > limit) return false;
       const SurfaceHit surface = scene.geometry().surface(hit);
       const SurfaceBinding& binding = scene.binding(hit.instance, surface.material_slot);
-      if (!binding.program->traits().may_be_transparent) return false;
+      if (!lets_through(binding.program->traits(), counts.ray_kind)) return false;
       ShadingPoint point;
       scene.fill_shading_point(surface, binding, wi, hit.t * length(ray.direction), {}, counts, point);
       transmittance *= binding.program->transparency(point, scene.textures());

@@ -74,6 +74,7 @@ ShaderGraph shader_graph(const description::Graph& graph) {
   result.aovs = graph.aovs;
   result.cycles_version = graph.cycles_version;
   result.bump_map_correction = graph.bump_map_correction;
+  result.transparent_shadow = graph.transparent_shadow;
   switch (graph.displacement_method) {
     case description::DisplacementMethod::bump:
       result.displacement_method = DisplacementMethod::bump;

@@ -565,6 +565,7 @@ std::shared_ptr<const Program> Compiler::finish() {
   program_->bump_shadowing = !graph_.bump_map_correction ? BumpShadowing::none
                              : follows(405)              ? BumpShadowing::masking
                                                          : BumpShadowing::cubic;
+  traits.transparent_shadow = graph_.transparent_shadow;
   program_->correlated_masking = follows(305);
   program_->fitted_films = follows(400) && !follows(500);
   if (traits.portal) {  // What is behind shines through the other closures to the camera, but no light comes that way

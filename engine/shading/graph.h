@@ -44,6 +44,7 @@ struct ShaderGraph {
   std::vector<int> aovs;            ///< nodes of type OutputAOV
   int cycles_version = 304;         ///< whose rules the nodes follow: 100 · major + minor
   bool bump_map_correction = true;  ///< bumped diffuse surfaces darken towards the smooth surface's terminator
+  bool transparent_shadow = true;   ///< surfaces: shadow rays go through what is transparent
   DisplacementMethod displacement_method = DisplacementMethod::bump;
   /// Rows of the matrix from linear Rec. 709, as nodes compute colours, to the scene's linear space; none: that is it.
   std::optional<std::array<float, 9>> scene_from_computed;

@@ -27,6 +27,7 @@ struct ProgramTraits {
   Color emission{0.0f};              ///< average or constant estimate, radiance
   bool emits_negative = false;       ///< emission may be negative: not a constant, nor built of what never is
   bool may_be_transparent = false;   ///< transparency is not always zero: shadow rays must ask
+  bool transparent_shadow = true;    ///< false: they need not, it blocks them all the same
   bool needs_differentials = false;  ///< bump, filtered textures
   bool scatters = false;             ///< has lobes besides emission and transparency
   bool reads_particle = false;       ///< asks for ShadingPoint::particle
@@ -46,6 +47,11 @@ struct ProgramTraits {
   float sun_angle_rad = 0.0f;  ///< worlds: whole angle of a sun's disc in the sky, which a map may miss; 0: none
   Vec3 sun_direction_world{0, 0, 1};
 };
+
+/// Whether light may go straight through a surface, seen by rays of a kind.
+inline bool lets_through(const ProgramTraits& traits, uint32_t ray_kind) {
+  return traits.may_be_transparent && (traits.transparent_shadow || ray_kind != k_ray_shadow);
+}
 
 /// What one AOV output node gives at a point.
 struct AovValue {

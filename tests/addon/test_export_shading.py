@@ -239,6 +239,23 @@ def test_volume_only_material_becomes_transparent_and_is_listed(run_blender):
     assert "m: its volume is not supported" in run.output
 
 
+def test_materials_tell_whether_shadow_rays_go_through_what_is_transparent(run_blender):
+    run = run_blender(
+        """
+for name, through in (('clear', True), ('veil', False)):
+    material, nodes, links = node_material(name)
+    output = nodes.new('ShaderNodeOutputMaterial')
+    links.new(nodes.new('ShaderNodeBsdfTransparent').outputs[0], output.inputs['Surface'])
+    (material if hasattr(material, 'use_transparent_shadow') else material.cycles).use_transparent_shadow = through
+    quad(name).data.materials.append(material)
+render()
+"""
+    )
+    materials = run.values("material")
+    assert "transparent_shadow" not in materials["clear"]["graph"]
+    assert materials["veil"]["graph"]["transparent_shadow"] is False
+
+
 def test_displacement_methods_travel_and_adaptive_subdivision_is_listed(run_blender):
     run = run_blender(
         """

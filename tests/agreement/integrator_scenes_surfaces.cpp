@@ -140,6 +140,14 @@ std::vector<IntegratorCase> surface_cases() {
   quad(sheets, "t", {-2, 0.5f, -2.4f}, {2, 0.5f, -2.4f}, {2, 2.9f, -2.2f}, "t");
   quad(sheets, "half", {-2, 0.3f, -2.7f}, {2, 0.3f, -2.7f}, {2, 2.9f, -2.7f}, "half");
   cases.push_back({"surface_transparent_shadows", sheets, k_all});
+  // Lamps that rays do not meet: else those find what no shadow ray does, and each integrator has its own mix of both.
+  SceneMaker opaque = corridor();
+  Graph half = combined("MixShader", transparent(Color(0.9f)), diffuse(Color(0.8f)));
+  half.transparent_shadow = false;
+  opaque.material("half", half);
+  quad(opaque, "half", {-2, 0.3f, -2.7f}, {2, 0.3f, -2.7f}, {2, 2.9f, -2.7f}, "half");
+  opaque.light("p", lamp(LightType::point, 60.0f), k_above);
+  cases.push_back({"surface_transparent_but_for_shadows", opaque, k_all});
 
   SceneMaker instances = corner(diffuse(Color(0.7f)));
   instances.light("l", area(AreaShape::square, 1.5f, 1.5f, 60.0f), aimed({0.6f, 2.3f, -2.6f}, {0.2f, -1, -3.4f}));

@@ -11,7 +11,7 @@ from test_passes_with_cycles import blender_runs, compare_passes
 pytestmark = pytest.mark.skipif(shutil.which(os.environ.get("BLENDER", "blender").split()[0]) is None, reason="no Blender")
 
 k_cases = (
-    "transparent_glass", "holdout_shader", "holdout_shader_opaque", "holdout_objects", "indirect_only", "ray_kinds", "layers",
+    "transparent_glass", "holdout_shader", "holdout_shader_opaque", "holdout_objects", "indirect_only", "ray_kinds", "opaque_shadows", "layers",
     "catcher_area", "catcher_environment", "catcher_caustic",
 )  # fmt: skip
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cases of mattes, masks and layers, by the name that follows the file's: a diffuse, a glossy and a glass ball and an upright card on a
+"""Cases of mattes, masks, shadows and layers, by the name that follows the file's: a diffuse, a glossy and a glass ball and an upright card on a
 floor, of which each case hides, overrides or catches something.
 
     blender -b --factory-startup --python tests/scenes/make_matte_cases.py -- out.blend CASE
@@ -73,6 +73,25 @@ def ray_kinds(scene, things):
         setattr(things[name], f"visible_{kind}", False)
 
 
+def opaque_shadows(scene, things):
+    """Half transparent to the camera, and a whole shadow, of a lamp that no ray meets: lights that rays meet behind it are found by those
+    alone, with half a weight each engine of its own."""
+    lamp = bpy.data.lights["Lamp"]
+    lamp.type = "POINT"
+    bpy.data.lights["Lamp"].shadow_soft_size = 0.0
+    blocks.world(scene, (0.0, 0.0, 0.0))
+    things["Sign"].hide_render = True
+    made, nodes, links, output = blocks.material("Veil")
+    mix, diffuse = nodes.new("ShaderNodeMixShader"), nodes.new("ShaderNodeBsdfDiffuse")
+    diffuse.inputs["Color"].default_value = (0.7, 0.5, 0.2, 1.0)
+    links.new(nodes.new("ShaderNodeBsdfTransparent").outputs[0], mix.inputs[1])
+    links.new(diffuse.outputs[0], mix.inputs[2])
+    links.new(mix.outputs[0], output.inputs["Surface"])
+    (made if hasattr(made, "use_transparent_shadow") else made.cycles).use_transparent_shadow = False
+    things["Card"].active_material = made
+    things["Diffuse"].active_material = made
+
+
 def layers(scene, things):
     """A second layer with a material for all, half the samples and, from 4.x on where there is one, a world of its own; a third
     without surfaces and sky; a fourth with a holdout alone; a fifth with nothing."""
@@ -131,8 +150,8 @@ def catcher_caustic(scene, things):
 k_cases = {
     one.__name__: one
     for one in (
-        transparent_glass, holdout_shader, holdout_shader_opaque, holdout_objects, indirect_only, ray_kinds, layers, catcher_area,
-        catcher_environment, catcher_caustic,
+        transparent_glass, holdout_shader, holdout_shader_opaque, holdout_objects, indirect_only, ray_kinds, opaque_shadows, layers,
+        catcher_area, catcher_environment, catcher_caustic,
     )
 }  # fmt: skip
 

@@ -199,6 +199,14 @@ def adaptive_subdivision(found):
     return getattr(getattr(found, "cycles", None), "use_adaptive_subdivision", False)
 
 
+def transparent_shadow(material):
+    """Whether shadow rays go through what is transparent: on the material since 4.2 (files of before come with it off where EEVEE's
+    were opaque), in Cycles' settings before."""
+    if hasattr(material, "use_transparent_shadow"):
+        return material.use_transparent_shadow
+    return getattr(getattr(material, "cycles", None), "use_transparent_shadow", True)
+
+
 def bump_map_correction(material):
     """Whether bumped diffuse surfaces darken towards the terminator: a switch of Cycles' since 4.2."""
     return getattr(getattr(material, "cycles", None), "use_bump_map_correction", True)

@@ -56,6 +56,8 @@ def _put_material(edits, material, identifier):
         graph = graph or {"nodes": [], "outputs": {}}
         if not compat.bump_map_correction(material):
             graph["bump_map_correction"] = False
+        if not compat.transparent_shadow(material):
+            graph["transparent_shadow"] = False
     else:
         graph = _single_node("BsdfDiffuse", "BSDF", {"Color": list(material.diffuse_color)[:3], "Roughness": 0.0})
     # Cryptomatte goes by the name without the library.

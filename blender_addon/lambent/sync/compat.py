@@ -180,12 +180,15 @@ def light_shadows(light):
     return light.use_shadow
 
 
+def owner_of_switch(material, name):
+    """Who has a switch that Cycles looks at: the material, where it moved to since 4.1 and 4.2, or its Cycles settings; None: nobody."""
+    owners = (material, getattr(material, "cycles", None))
+    return next((owner for owner in owners if hasattr(owner, name)), None)
+
+
 def displacement_method(material):
-    """"BUMP", "DISPLACEMENT" or "BOTH": on the material since 4.1, in Cycles' settings before."""
-    if hasattr(material, "displacement_method"):
-        return material.displacement_method
-    cycles = getattr(material, "cycles", None)
-    return getattr(cycles, "displacement_method", "BUMP")
+    """"BUMP", "DISPLACEMENT" or "BOTH"."""
+    return getattr(owner_of_switch(material, "displacement_method"), "displacement_method", "BUMP")
 
 
 def adaptive_subdivision(found):
@@ -200,16 +203,14 @@ def adaptive_subdivision(found):
 
 
 def transparent_shadow(material):
-    """Whether shadow rays go through what is transparent: on the material since 4.2 (files of before come with it off where EEVEE's
-    were opaque), in Cycles' settings before."""
-    if hasattr(material, "use_transparent_shadow"):
-        return material.use_transparent_shadow
-    return getattr(getattr(material, "cycles", None), "use_transparent_shadow", True)
+    """Whether shadow rays go through what is transparent. Files of before 4.2 come to later Blenders with it off where EEVEE's were
+    opaque."""
+    return getattr(owner_of_switch(material, "use_transparent_shadow"), "use_transparent_shadow", True)
 
 
 def bump_map_correction(material):
     """Whether bumped diffuse surfaces darken towards the terminator: a switch of Cycles' since 4.2."""
-    return getattr(getattr(material, "cycles", None), "use_bump_map_correction", True)
+    return getattr(owner_of_switch(material, "use_bump_map_correction"), "use_bump_map_correction", True)
 
 
 def aov_name(node):

@@ -90,7 +90,11 @@ class LAMBENT_MATERIAL_PT_settings(_MaterialPanel, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context):
-        self.split_layout().prop(context.material, "pass_index")
+        column = self.split_layout().column()
+        column.prop(context.material, "pass_index")
+        for name in ("displacement_method", "use_transparent_shadow", "use_bump_map_correction"):
+            if owner := compat.owner_of_switch(context.material, name):
+                column.prop(owner, name)
 
 
 class LAMBENT_WORLD_PT_surface(LambentPanel, bpy.types.Panel):

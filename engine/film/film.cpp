@@ -271,7 +271,7 @@ void TileWriter::add_next(int x, int y) {
   DCHECK(rectangle().contains(x, y));
   const size_t pixel = film_.pixel_index(x, y);
   pixels_[count_] = static_cast<uint32_t>(pixel);
-  if (!film_.layout_.plain) {
+  if (!film_.layout_.plain && (count_ == 0 || pixels_[count_ - 1] != pixel)) {
     const Film::Storage& s = *film_.storage_;
     fetch_ahead(s.floats, pixel, static_cast<size_t>(film_.layout_.floats));
     fetch_ahead(s.doubles, pixel, static_cast<size_t>(film_.layout_.doubles));

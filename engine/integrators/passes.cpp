@@ -382,7 +382,7 @@ float PassRecorder::open(const Ray& ray) const { return average(transmittance(ra
 void PassRecorder::next_ray(float t, const Program* met) {
   occlusion_ = Occlusion::done;
   const bool free = !met || t > occlusion_ray_.t_max;
-  add_occlusion(free ? 1.0f : met->traits().may_be_transparent ? open(occlusion_ray_) : 0.0f);
+  add_occlusion(free ? 1.0f : lets_through(met->traits(), k_ray_shadow) ? open(occlusion_ray_) : 0.0f);
 }
 
 /// As rays from what the camera sees meet it.

@@ -65,7 +65,8 @@ bool linked_light::next_surface(const Scene& scene, const PathCounts& counts, ui
       point.shadow = segment(origin, offset_origin(surface.p_world, surface.p_error, surface.ng_world, -ray.direction),
                              k_visible_shadow);
     }
-    if (!traits.may_be_transparent && (scene.geometry().instance(surface.instance).visibility & k_visible_shadow))
+    if (!lets_through(traits, k_ray_shadow) &&
+        (scene.geometry().instance(surface.instance).visibility & k_visible_shadow))
       open &= ~scene.blocked_sets(surface.instance);
     ray = ray_from_surface(surface.p_world, surface.p_error, surface.ng_world, ray.direction, ray.mask);
     if (found) return true;

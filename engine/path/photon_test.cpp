@@ -148,7 +148,7 @@ TEST(PhotonMap, knows_whether_a_photon_came_straight_from_the_light_or_by_deltas
       if (i > 0) {  // a way that the walk did not take lies between: of transparent surfaces
         PhotonRecord other = record;
         other.flags ^= k_record_connectible;
-        batch.records.insert(batch.records.end(), 1, other);
+        batch.records.push_back(other);
       }
       batch.records.push_back(record);
     }

@@ -196,12 +196,11 @@ struct Run {
   CancelFlag cancel;
   Clock::time_point start = Clock::now();
 
-  mutable std::mutex mutex;  ///< guards what follows
-  Stage stage = Stage::updating;
+  mutable std::mutex mutex;       ///< guards what follows
+  Stage stage = Stage::updating;  ///< idle: nothing is rendered any more, there are no tiles until they are final
   std::shared_ptr<Film> film;
   std::shared_ptr<Render> render;
   std::vector<char> taken_whole;            ///< by tile: what was taken last had all channels
-  bool over = false;                        ///< nothing is rendered any more: no tiles until they are final
   std::unique_ptr<FinalTiles> final_tiles;  ///< no newer pixels will come
   bool tiles_told = false;                  ///< tiles_ready was called and nothing taken since
 };
@@ -294,7 +293,6 @@ std::optional<Result<std::shared_ptr<const Scene>>> Session::State::build(const 
 
 /// With the run's lock held: what was rendered will not change any more.
 void Session::State::make_final(Run& of) {
-  of.stage = Stage::idle;
   of.tiles_told = false;
   if (!of.film) return;
   const size_t all = static_cast<size_t>(of.film->tiles().count());
@@ -319,7 +317,7 @@ void Session::State::conduct(const std::shared_ptr<Run>& run_pointer) {
   outcome.epoch = of.epoch;
   {
     const std::lock_guard lock(of.mutex);
-    of.over = true;
+    of.stage = Stage::idle;
   }
   if (events.stopped) events.stopped(of.epoch);
   {
@@ -520,7 +518,7 @@ std::vector<TileSnapshot> Session::take_tiles(size_t limit, const std::vector<st
     run->tiles_told = false;
     film = run->film;
     final = run->final_tiles.get();
-    if (!film || (run->over && !final)) return tiles;
+    if (!film || (run->stage == Stage::idle && !final)) return tiles;
     channels = film->channels();
     if (!names.empty() && !final) {
       const auto is_named = [&](const Channel& channel) {

@@ -14,14 +14,14 @@ import blocks
 import bpy
 
 
-def holdout(name, share):
-    """A material of which `share` is a holdout and the rest diffuse."""
+def part_diffuse(name, other, share):
+    """A material of which `share` is a shader node of type `other` and the rest diffuse."""
     made, nodes, links, output = blocks.material(name)
     mix, diffuse = nodes.new("ShaderNodeMixShader"), nodes.new("ShaderNodeBsdfDiffuse")
     diffuse.inputs["Color"].default_value = (0.7, 0.5, 0.2, 1.0)
     mix.inputs[0].default_value = share
     links.new(diffuse.outputs[0], mix.inputs[1])
-    links.new(nodes.new("ShaderNodeHoldout").outputs[0], mix.inputs[2])
+    links.new(nodes.new(other).outputs[0], mix.inputs[2])
     links.new(mix.outputs[0], output.inputs["Surface"])
     return made
 
@@ -46,8 +46,8 @@ def transparent_glass(scene, things):
 
 def holdout_shader(scene, things):
     scene.render.film_transparent = True
-    things["Diffuse"].active_material = holdout("Half", 0.5)
-    things["Card"].active_material = holdout("Whole", 1.0)
+    things["Diffuse"].active_material = part_diffuse("Half", "ShaderNodeHoldout", 0.5)
+    things["Card"].active_material = part_diffuse("Whole", "ShaderNodeHoldout", 1.0)
 
 
 def holdout_shader_opaque(scene, things):
@@ -78,15 +78,10 @@ def opaque_shadows(scene, things):
     alone, with half a weight each engine of its own."""
     lamp = bpy.data.lights["Lamp"]
     lamp.type = "POINT"
-    bpy.data.lights["Lamp"].shadow_soft_size = 0.0
+    lamp.shadow_soft_size = 0.0
     blocks.world(scene, (0.0, 0.0, 0.0))
     things["Sign"].hide_render = True
-    made, nodes, links, output = blocks.material("Veil")
-    mix, diffuse = nodes.new("ShaderNodeMixShader"), nodes.new("ShaderNodeBsdfDiffuse")
-    diffuse.inputs["Color"].default_value = (0.7, 0.5, 0.2, 1.0)
-    links.new(nodes.new("ShaderNodeBsdfTransparent").outputs[0], mix.inputs[1])
-    links.new(diffuse.outputs[0], mix.inputs[2])
-    links.new(mix.outputs[0], output.inputs["Surface"])
+    made = part_diffuse("Veil", "ShaderNodeBsdfTransparent", 0.5)
     (made if hasattr(made, "use_transparent_shadow") else made.cycles).use_transparent_shadow = False
     things["Card"].active_material = made
     things["Diffuse"].active_material = made

@@ -186,9 +186,13 @@ def owner_of_switch(material, name):
     return next((owner for owner in owners if hasattr(owner, name)), None)
 
 
+def _switch(material, name, otherwise):
+    return getattr(owner_of_switch(material, name), name, otherwise)
+
+
 def displacement_method(material):
     """"BUMP", "DISPLACEMENT" or "BOTH"."""
-    return getattr(owner_of_switch(material, "displacement_method"), "displacement_method", "BUMP")
+    return _switch(material, "displacement_method", "BUMP")
 
 
 def adaptive_subdivision(found):
@@ -205,12 +209,12 @@ def adaptive_subdivision(found):
 def transparent_shadow(material):
     """Whether shadow rays go through what is transparent. Files of before 4.2 come to later Blenders with it off where EEVEE's were
     opaque."""
-    return getattr(owner_of_switch(material, "use_transparent_shadow"), "use_transparent_shadow", True)
+    return _switch(material, "use_transparent_shadow", True)
 
 
 def bump_map_correction(material):
     """Whether bumped diffuse surfaces darken towards the terminator: a switch of Cycles' since 4.2."""
-    return getattr(owner_of_switch(material, "use_bump_map_correction"), "use_bump_map_correction", True)
+    return _switch(material, "use_bump_map_correction", True)
 
 
 def aov_name(node):
